@@ -1,0 +1,40 @@
+#ifndef HPRAD_SCENE_H
+#define HPRAD_SCENE_H
+
+#include <hprad/context.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Faces, materials and cameras in world space. Independent of any file format. */
+typedef struct hpr_scene hpr_scene;
+
+/** "No index": absent material, absent fourth vertex of a triangle. */
+#define HPR_NONE UINT32_MAX
+
+/** How a glTF file is read. */
+typedef struct hpr_read_options {
+    int scene_index;        /**< which of the file's scenes; -1: its default, else the first */
+    int metallic_black;     /**< 0: the metallic part of a material counts as diffuse; 1: it is black */
+    double max_reflectance; /**< > 0: reflectances above it are scaled down to it; 0: left alone */
+} hpr_read_options;
+
+HPR_API void hpr_read_options_init(hpr_read_options *options);
+
+/**
+ * Reads a glTF 2.0 file (.gltf with separate or embedded data, or .glb) in double precision world space.
+ * Errors: HPR_ERR_IO (cannot be read), HPR_ERR_FORMAT (breaks glTF, out-of-range accessor, rho > 1, ...),
+ * HPR_ERR_UNSUPPORTED (a required extension), HPR_ERR_MEMORY. `options` may be NULL.
+ */
+HPR_API hpr_status hpr_scene_read(hpr_context *context, const char *path, const hpr_read_options *options,
+                                  hpr_scene **scene);
+
+/** Frees it; accepts NULL and sets NULL. */
+HPR_API void hpr_scene_destroy(hpr_scene **scene);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -6,9 +6,9 @@
 #include <stdbool.h>
 
 #if defined(__GNUC__)
-#define HPR_PRINTF(format, first) __attribute__((format(printf, format, first)))
+#define HPR_PRINTF(text, first) __attribute__((format(printf, text, first)))
 #else
-#define HPR_PRINTF(format, first)
+#define HPR_PRINTF(text, first)
 #endif
 
 #ifdef __cplusplus

@@ -1,0 +1,90 @@
+#ifndef HPRAD_SOLVE_H
+#define HPRAD_SOLVE_H
+
+#include <hprad/scene.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** A solved scene: geometry, elements, coefficients, cameras. Needs nothing else to be shown or probed. */
+typedef struct hpr_solution hpr_solution;
+
+enum { HPR_MAX_ORDER = 16, HPR_MAX_SUBDIVIDE = 10, HPR_DEFAULT_ORDER = 1, HPR_DEFAULT_SUBDIVIDE = 3 };
+
+/** How a scene is solved. */
+typedef struct hpr_solve_options {
+    int order;               /**< polynomial degree p of every element, 0 .. HPR_MAX_ORDER */
+    int subdivide;           /**< N: 4^N elements per patch, 0 .. HPR_MAX_SUBDIVIDE */
+    double block_tolerance;  /**< relative, per block; 0: 1e-12 where nothing blocks, 1e-6 else */
+    double solver_tolerance; /**< relative residual of the linear system */
+    int max_sweeps;          /**< iteration limit */
+} hpr_solve_options;
+
+HPR_API void hpr_solve_options_init(hpr_solve_options *options);
+
+/** Energy terms per channel in W; each is computed by itself, so that their balance is a check. */
+typedef struct hpr_energy {
+    double emitted;       /**< ∫ M dA */
+    double absorbed;      /**< ∫ (1 - rho) H dA */
+    double lost_on_backs; /**< light that reaches black backs of single-sided surfaces */
+    double escaped;       /**< light that leaves the scene */
+} hpr_energy;
+
+/** Figures of one solve. */
+typedef struct hpr_solve_summary {
+    hpr_solve_options options;
+    size_t patch_count, element_count, dof_count, link_count, block_bytes;
+    size_t channels_solved; /**< 1 if all channels agree, else their number */
+    size_t degenerate_count, duplicate_count;
+    double block_tolerance; /**< the one in force */
+    size_t short_count;     /**< blocks that stopped short of it */
+    int sweeps;
+    double residual; /**< relative, of the last sweep */
+    int occluded;    /**< 1 if some pair of patches may be blocked */
+} hpr_solve_summary;
+
+/**
+ * Solves H = ∫ G V (M + rho H) dA on uniform elements.
+ * Errors: HPR_ERR_ARG (options out of range), HPR_ERR_MEMORY (also when the predicted size exceeds the
+ * machine's memory), HPR_ERR_NUMERIC (no convergence; the message names the remedy), HPR_ERR_INTERRUPTED.
+ * A scene without patches or without light gives the zero solution and a warning.
+ */
+HPR_API hpr_status hpr_solve(hpr_context *context, const hpr_scene *scene, const hpr_solve_options *options,
+                             hpr_solution **solution);
+
+HPR_API void hpr_solution_destroy(hpr_solution **solution);
+
+HPR_API size_t hpr_solution_channel_count(const hpr_solution *solution);
+/** Name of a channel; valid as long as the solution. */
+HPR_API const char *hpr_solution_channel_name(const hpr_solution *solution, size_t channel);
+HPR_API const hpr_solve_summary *hpr_solution_summary(const hpr_solution *solution);
+/** [channels]; valid as long as the solution. */
+HPR_API const hpr_energy *hpr_solution_energy(const hpr_solution *solution);
+
+HPR_API size_t hpr_solution_camera_count(const hpr_solution *solution);
+HPR_API const char *hpr_solution_camera_name(const hpr_solution *solution, size_t camera);
+
+/**
+ * Writes the solution as a .glb that any glTF viewer shows and that hpr_solution_read reads back bit for bit
+ * (extension HPRAD_radiosity). Written to a temporary file and renamed. Errors: HPR_ERR_IO, HPR_ERR_MEMORY.
+ */
+HPR_API hpr_status hpr_solution_write(hpr_context *context, const hpr_solution *solution, const char *path);
+
+/** Errors: HPR_ERR_IO, HPR_ERR_FORMAT (not a solution, or one of a newer version), HPR_ERR_MEMORY. */
+HPR_API hpr_status hpr_solution_read(hpr_context *context, const char *path, hpr_solution **solution);
+
+/**
+ * Irradiance and radiosity at points. point, normal: [count][3]; irradiance, radiosity: [count][channels],
+ * NaN where no patch matches; patch: [count] index or HPR_NONE. A point matches the side within 1e-6 of the
+ * scene's size whose normal agrees best, ties to the lowest index.
+ */
+HPR_API hpr_status hpr_solution_probe(hpr_context *context, const hpr_solution *solution, size_t count,
+                                      const double *point, const double *normal, double *irradiance,
+                                      double *radiosity, uint32_t *patch);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,41 @@
+/*
+ * Elements: the nodes of one binary tree per patch. A parallelogram splits in halves along one of its axes, a
+ * triangle by the bisector from its vertex 0 (newest vertex bisection, Mitchell 1991). Leaves carry the
+ * solution, each with a degree of its own. A node has the frame of its own: x = origin + s edge1 + t edge2.
+ */
+#ifndef HPR_PATCH_ELEMENTS_H
+#define HPR_PATCH_ELEMENTS_H
+
+#include "patch/patches.h"
+
+typedef struct hpr_elements {
+    hpr_context *context;
+    size_t node_count;
+    uint32_t *patch; /* [node_count] */
+    uint32_t *child; /* [node_count] first of two consecutive children, HPR_NONE: leaf */
+    uint8_t *axis;   /* [node_count] parallelogram: axis that the children halve (0: s, 1: t) */
+    uint8_t *degree; /* [node_count] */
+    double *origin, *edge1, *edge2; /* [node_count][3] */
+    double *area_m2;                /* [node_count] */
+    size_t leaf_count;
+    uint32_t *leaf; /* [leaf_count] node of each leaf; leaves of a patch are consecutive */
+    uint32_t
+        *patch_leaf; /* [patch_count + 1] first leaf of each patch; roots are nodes 0 .. patch_count - 1 */
+    size_t *dof;     /* [leaf_count + 1] first coefficient of each leaf */
+    size_t patch_count;
+} hpr_elements;
+
+/* 4^subdivide leaves of degree `order` on each patch. Errors: HPR_ERR_MEMORY (too many for memory or
+ * indices). */
+hpr_status hpr_elements_uniform(const hpr_patches *patches, int order, int subdivide,
+                                hpr_elements **elements);
+void hpr_elements_destroy(hpr_elements **elements);
+
+/* Fills leaf, patch_leaf and dof from the tree; called by whoever has built one. Errors: HPR_ERR_MEMORY. */
+hpr_status hpr_elements_index(const hpr_patches *patches, hpr_elements *elements);
+
+/* The leaf that holds the point (s,t) of a patch, and the point's parameters in that leaf. */
+size_t hpr_elements_locate(const hpr_patches *patches, const hpr_elements *elements, size_t patch, double s,
+                           double t, double *leaf_s, double *leaf_t);
+
+#endif

@@ -1,0 +1,25 @@
+/* The solution: everything that is needed to show or probe it, owned. Read-only once it is made. */
+#ifndef HPR_SOLVER_SOLUTION_H
+#define HPR_SOLVER_SOLUTION_H
+
+#include "patch/elements.h"
+
+#include <hprad/solve.h>
+
+struct hpr_solution {
+    hpr_context *context;
+    char *scene_name; /* file name of the scene without folders */
+    size_t channel_count;
+    char **channel_name; /* [channel_count] */
+    hpr_patches *patches;
+    hpr_elements *elements;
+    double *irradiance; /* [dofs][channels] coefficients of H: H(x) = sum_k irradiance[k] T_k(x), so that a
+                           coefficient has the unit W/m2 times metre */
+    double *error; /* [leaf_count] estimated L2 error of H on the element, W/m2 times metre; NaN: unknown */
+    size_t camera_count;
+    hpr_camera *camera; /* [camera_count], at least one: a scene without gets one that frames it */
+    hpr_energy *energy; /* [channel_count] */
+    hpr_solve_summary summary;
+};
+
+#endif

@@ -56,4 +56,36 @@ static inline double hpr_length(hpr_vec3 a)
     return sqrt(hpr_dot(a, a));
 }
 
+/* The same on arrays of three. A result may be one of its arguments, except for the cross product's. */
+
+static inline double hpr_dot3(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static inline void hpr_cross3(const double a[3], const double b[3], double result[3])
+{
+    result[0] = a[1] * b[2] - a[2] * b[1];
+    result[1] = a[2] * b[0] - a[0] * b[2];
+    result[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+static inline void hpr_subtract3(const double a[3], const double b[3], double result[3])
+{
+    for (int k = 0; k < 3; k++)
+        result[k] = a[k] - b[k];
+}
+
+/* a + factor b */
+static inline void hpr_add_scaled3(const double a[3], double factor, const double b[3], double result[3])
+{
+    for (int k = 0; k < 3; k++)
+        result[k] = a[k] + factor * b[k];
+}
+
+static inline double hpr_length3(const double a[3])
+{
+    return sqrt(hpr_dot3(a, a));
+}
+
 #endif

@@ -27,7 +27,10 @@ typedef struct failing_allocator {
     atomic_bool failed;   /* the one at fail_at has been asked for */
 } failing_allocator;
 
-#define FAILING_ALLOCATOR_INIT {.fail_at = SIZE_MAX}
+#define FAILING_ALLOCATOR_INIT                                                                               \
+    {                                                                                                        \
+        .fail_at = SIZE_MAX                                                                                  \
+    }
 
 static inline void *failing_allocate(void *user, size_t count, size_t size)
 {

@@ -20,7 +20,7 @@ MODULES = ["base", "math", "scene", "patch", "basis", "visibility", "direct", "q
 # library: (pattern of the header's name, pattern of the only files that may include it)
 OWNERS = {
     "Embree": (r"embree\d*/|rtcore", "src/visibility/*"),
-    "tinygltf": (r"tiny_?gltf", "src/io/gltf_*"),
+    "tinygltf": (r"tiny_?gltf", "src/io/gltf*"),
     "OpenEXR": (r"openexr|Imf|Imath", "src/io/exr_write.c"),
 }
 
@@ -76,7 +76,7 @@ def module_order(root):
         module, slash, _ = name.partition("/")
         if sign != '"' or not slash or module not in MODULES or ".." in name:
             yield f'{place}: {name}: a header of hprad is included as "module/file.h"'
-        elif not name.endswith(".h"):
+        elif not name.endswith((".h", ".hpp")):
             yield f"{place}: {name} is not a header"
         elif not os.path.isfile(os.path.join(root, "src", name)):
             yield f"{place}: src/{name} does not exist"
@@ -131,7 +131,8 @@ GOOD_TREE = {
     "src/link/a.c": '#include "base/a.h"\n#include "link/a.h"\n#include <stdio.h>\n#include <lapacke.h>\n',
     "src/link/a.h": "#include <hprad/a.h>\n",
     "src/visibility/a.c": "#include <embree3/rtcore.h>\n",
-    "src/io/gltf_read.cpp": "#include <tiny_gltf.h>\n",
+    "src/io/gltf.hpp": "#include <tiny_gltf.h>\n",
+    "src/io/gltf_read.cpp": '#include "io/gltf.hpp"\n',
     "src/io/exr_write.c": "#include <openexr.h>\n",
     "src/cli/a.c": '#include "cli/a.h"\n#include <hprad/a.h>\n#include <popt.h>\n',
     "src/cli/a.h": "",

@@ -1,0 +1,13 @@
+/** All of hprad. */
+#ifndef HPRAD_HPRAD_H
+#define HPRAD_HPRAD_H
+
+#include <hprad/context.h>
+#include <hprad/render.h>
+#include <hprad/report.h>
+#include <hprad/scene.h>
+#include <hprad/solve.h>
+#include <hprad/status.h>
+#include <hprad/version.h>
+
+#endif

@@ -1,7 +1,10 @@
 /*
- * Elements: the nodes of one binary tree per patch. A parallelogram splits in halves along one of its axes, a
- * triangle by the bisector from its vertex 0 (newest vertex bisection, Mitchell 1991). Leaves carry the
- * solution, each with a degree of its own. A node has the frame of its own: x = origin + s edge1 + t edge2.
+ * Elements: the nodes of one binary tree per patch. A parallelogram splits in halves along one of its axes:
+ * child 0 is the half with the smaller parameter. A triangle (v0, v1, v2) is split by the line from v0 to the
+ * middle m of v1-v2 (newest vertex bisection, Mitchell 1991): child 0 is (m, v0, v1), child 1 is (m, v2, v0),
+ * so that a child point (s', t') is the parent point (s, t) = ((1 - s' + t')/2, (1 - s' - t')/2) in child 0
+ * and ((1 - s' - t')/2, (1 + s' - t')/2) in child 1, and orientation is kept. Leaves carry the solution, each
+ * with a degree of its own. A node has the frame of its own: x = origin + s edge1 + t edge2.
  */
 #ifndef HPR_PATCH_ELEMENTS_H
 #define HPR_PATCH_ELEMENTS_H
@@ -18,23 +21,27 @@ typedef struct hpr_elements {
     double *origin, *edge1, *edge2; /* [node_count][3] */
     double *area_m2;                /* [node_count] */
     size_t leaf_count;
-    uint32_t *leaf; /* [leaf_count] node of each leaf; leaves of a patch are consecutive */
+    uint32_t *leaf;         /* [leaf_count] node of each leaf; leaves of a patch are consecutive */
+    uint32_t *leaf_of_node; /* [node_count] the other way round, HPR_NONE for inner nodes */
     uint32_t
         *patch_leaf; /* [patch_count + 1] first leaf of each patch; roots are nodes 0 .. patch_count - 1 */
     size_t *dof;     /* [leaf_count + 1] first coefficient of each leaf */
     size_t patch_count;
 } hpr_elements;
 
-/* 4^subdivide leaves of degree `order` on each patch. Errors: HPR_ERR_MEMORY (too many for memory or
- * indices). */
+/* 4^subdivide leaves of degree `order` on each patch; parallelograms are halved along s, t, s, t, ...
+ * Errors: HPR_ERR_ARG (order, subdivide), HPR_ERR_MEMORY (too many for memory or indices). */
 hpr_status hpr_elements_uniform(const hpr_patches *patches, int order, int subdivide,
                                 hpr_elements **elements);
 void hpr_elements_destroy(hpr_elements **elements);
 
-/* Fills leaf, patch_leaf and dof from the tree; called by whoever has built one. Errors: HPR_ERR_MEMORY. */
+/* Fills leaf, leaf_of_node, patch_leaf and dof from the tree; called by whoever has built one. Errors:
+ * HPR_ERR_MEMORY. */
 hpr_status hpr_elements_index(const hpr_patches *patches, hpr_elements *elements);
 
-/* The leaf that holds the point (s,t) of a patch, and the point's parameters in that leaf. */
+/* The leaf that holds the point (s,t) of a patch, and the point's parameters in that leaf. A point on a
+ * border between leaves belongs to one of them, always the same; one outside the patch to a leaf on its rim,
+ * with parameters outside too. Concurrent calls allowed. */
 size_t hpr_elements_locate(const hpr_patches *patches, const hpr_elements *elements, size_t patch, double s,
                            double t, double *leaf_s, double *leaf_t);
 

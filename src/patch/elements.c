@@ -1,0 +1,236 @@
+#include "patch/elements.h"
+
+#include "math/vec3.h"
+
+#include <hprad/solve.h>
+
+/*
+ * The frame of a node in the parameters of its patch: (s,t) = origin + a edge1 + b edge2. All entries are
+ * dyadic, so halving is exact, and neighbours get the same bits for a shared vertex.
+ */
+typedef struct frame {
+    double origin[2], edge1[2], edge2[2];
+} frame;
+
+static frame child_frame(const frame *parent, hpr_shape shape, int axis, int which)
+{
+    frame child = *parent;
+    for (int k = 0; k < 2; k++) {
+        double o = parent->origin[k], a = parent->edge1[k], b = parent->edge2[k];
+        if (shape == HPR_SHAPE_TRIANGLE) {
+            /* The new vertex m halves the side v1-v2; children (m, v0, v1) and (m, v2, v0). */
+            child.origin[k] = o + 0.5 * (a + b);
+            child.edge1[k] = which ? 0.5 * (b - a) : -0.5 * (a + b);
+            child.edge2[k] = which ? -0.5 * (a + b) : 0.5 * (a - b);
+        } else if (axis == 0) {
+            child.origin[k] = which ? o + 0.5 * a : o;
+            child.edge1[k] = 0.5 * a;
+        } else {
+            child.origin[k] = which ? o + 0.5 * b : o;
+            child.edge2[k] = 0.5 * b;
+        }
+    }
+    return child;
+}
+
+static void place_node(const hpr_patches *patches, hpr_elements *elements, uint32_t node, uint32_t patch,
+                       const frame *f, int level)
+{
+    const double *origin = patches->origin + 3 * patch;
+    const double *edge1 = patches->edge1 + 3 * patch, *edge2 = patches->edge2 + 3 * patch;
+    elements->patch[node] = patch;
+    elements->child[node] = HPR_NONE;
+    elements->area_m2[node] = ldexp(patches->area_m2[patch], -level);
+    for (int k = 0; k < 3; k++) {
+        elements->origin[3 * node + k] = origin[k] + (f->origin[0] * edge1[k] + f->origin[1] * edge2[k]);
+        elements->edge1[3 * node + k] = f->edge1[0] * edge1[k] + f->edge1[1] * edge2[k];
+        elements->edge2[3 * node + k] = f->edge2[0] * edge1[k] + f->edge2[1] * edge2[k];
+    }
+}
+
+typedef struct build {
+    const hpr_patches *patches;
+    hpr_elements *elements;
+    uint32_t patch, next; /* next free node */
+    int depth;
+    uint8_t order;
+} build;
+
+/* Recursion is as deep as the tree, at most 2 HPR_MAX_SUBDIVIDE levels. */
+static void build_node(build *b, uint32_t node, const frame *f, int level)
+{
+    hpr_elements *elements = b->elements;
+    place_node(b->patches, elements, node, b->patch, f, level);
+    elements->degree[node] = b->order;
+    if (level == b->depth)
+        return;
+    hpr_shape shape = (hpr_shape)b->patches->shape[b->patch];
+    int axis = shape == HPR_SHAPE_PARALLELOGRAM ? level % 2 : 0;
+    uint32_t child = b->next;
+    b->next += 2;
+    elements->child[node] = child;
+    elements->axis[node] = (uint8_t)axis;
+    for (int which = 0; which < 2; which++) {
+        frame g = child_frame(f, shape, axis, which);
+        build_node(b, child + (uint32_t)which, &g, level + 1);
+    }
+}
+
+static hpr_status allocate_nodes(hpr_elements *elements)
+{
+    const struct {
+        void *array; /* address of the pointer */
+        size_t item_bytes;
+    } columns[] = {
+        {&elements->patch, sizeof(uint32_t)},    {&elements->child, sizeof(uint32_t)},
+        {&elements->axis, sizeof(uint8_t)},      {&elements->degree, sizeof(uint8_t)},
+        {&elements->origin, 3 * sizeof(double)}, {&elements->edge1, 3 * sizeof(double)},
+        {&elements->edge2, 3 * sizeof(double)},  {&elements->area_m2, sizeof(double)},
+    };
+    hpr_status status = HPR_OK;
+    for (size_t i = 0; status == HPR_OK && i < sizeof columns / sizeof *columns; i++)
+        status = hpr_allocate_into(elements->context, columns[i].array, elements->node_count,
+                                   columns[i].item_bytes, "elements");
+    return status;
+}
+
+hpr_status hpr_elements_uniform(const hpr_patches *patches, int order, int subdivide, hpr_elements **out)
+{
+    hpr_context *ctx = patches->context;
+    *out = NULL;
+    if (order < 0 || order > HPR_MAX_ORDER || subdivide < 0 || subdivide > HPR_MAX_SUBDIVIDE)
+        return hpr_fail(ctx, HPR_ERR_ARG, "order %d or subdivision %d is out of range (0 .. %d, 0 .. %d)",
+                        order, subdivide, HPR_MAX_ORDER, HPR_MAX_SUBDIVIDE);
+    size_t per_patch = ((size_t)2 << (2 * subdivide)) - 1;
+    if (patches->count >= HPR_NONE / per_patch)
+        return hpr_fail(ctx, HPR_ERR_MEMORY,
+                        "%zu patches in 4^%d elements each are more than 32-bit indices can name",
+                        patches->count, subdivide);
+    hpr_elements *elements = NULL;
+    hpr_status status = hpr_allocate_into(ctx, &elements, 1, sizeof *elements, "elements");
+    if (status != HPR_OK)
+        return status;
+    elements->context = ctx;
+    elements->patch_count = patches->count;
+    elements->node_count = patches->count * per_patch;
+    status = allocate_nodes(elements);
+    if (status != HPR_OK)
+        goto done;
+    build b = {.patches = patches,
+               .elements = elements,
+               .next = (uint32_t)patches->count,
+               .depth = 2 * subdivide,
+               .order = (uint8_t)order};
+    for (b.patch = 0; b.patch < patches->count; b.patch++) {
+        const frame whole = {{0, 0}, {1, 0}, {0, 1}};
+        build_node(&b, b.patch, &whole, 0);
+    }
+    status = hpr_elements_index(patches, elements);
+done:
+    if (status != HPR_OK)
+        hpr_elements_destroy(&elements);
+    *out = elements;
+    return status;
+}
+
+static void release_index(hpr_elements *elements)
+{
+    hpr_release(elements->context, elements->leaf);
+    hpr_release(elements->context, elements->leaf_of_node);
+    hpr_release(elements->context, elements->patch_leaf);
+    hpr_release(elements->context, elements->dof);
+    elements->leaf = NULL;
+    elements->leaf_of_node = NULL;
+    elements->patch_leaf = NULL;
+    elements->dof = NULL;
+    elements->leaf_count = 0;
+}
+
+void hpr_elements_destroy(hpr_elements **out)
+{
+    hpr_elements *elements = *out;
+    if (!elements)
+        return;
+    hpr_context *ctx = elements->context;
+    release_index(elements);
+    void *arrays[] = {elements->patch,  elements->child, elements->axis,  elements->degree,
+                      elements->origin, elements->edge1, elements->edge2, elements->area_m2};
+    for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
+        hpr_release(ctx, arrays[i]);
+    hpr_release(ctx, elements);
+    *out = NULL;
+}
+
+/* Appends the leaves below `node`, first child first. */
+static void append_leaves(hpr_elements *elements, uint32_t node)
+{
+    while (elements->child[node] != HPR_NONE) {
+        append_leaves(elements, elements->child[node]);
+        node = elements->child[node] + 1;
+    }
+    elements->leaf_of_node[node] = (uint32_t)elements->leaf_count;
+    elements->leaf[elements->leaf_count++] = node;
+}
+
+hpr_status hpr_elements_index(const hpr_patches *patches, hpr_elements *elements)
+{
+    hpr_context *ctx = elements->context;
+    release_index(elements);
+    size_t leaf_count = 0;
+    for (size_t i = 0; i < elements->node_count; i++)
+        leaf_count += elements->child[i] == HPR_NONE;
+    hpr_status status =
+        hpr_allocate_into(ctx, &elements->leaf, leaf_count, sizeof *elements->leaf, "the index of elements");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &elements->leaf_of_node, elements->node_count,
+                                   sizeof *elements->leaf_of_node, "the index of elements");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &elements->patch_leaf, elements->patch_count + 1,
+                                   sizeof *elements->patch_leaf, "the index of elements");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &elements->dof, leaf_count + 1, sizeof *elements->dof,
+                                   "the index of elements");
+    if (status != HPR_OK) {
+        release_index(elements);
+        return status;
+    }
+    for (size_t i = 0; i < elements->node_count; i++)
+        elements->leaf_of_node[i] = HPR_NONE;
+    for (size_t i = 0; i < elements->patch_count; i++) {
+        elements->patch_leaf[i] = (uint32_t)elements->leaf_count;
+        append_leaves(elements, (uint32_t)i);
+    }
+    elements->patch_leaf[elements->patch_count] = (uint32_t)elements->leaf_count;
+    for (size_t i = 0; i < elements->leaf_count; i++) {
+        uint32_t node = elements->leaf[i];
+        size_t n = (size_t)elements->degree[node] + 1;
+        bool triangle = patches->shape[elements->patch[node]] == HPR_SHAPE_TRIANGLE;
+        elements->dof[i + 1] = elements->dof[i] + (triangle ? n * (n + 1) / 2 : n * n);
+    }
+    return HPR_OK;
+}
+
+size_t hpr_elements_locate(const hpr_patches *patches, const hpr_elements *elements, size_t patch, double s,
+                           double t, double *leaf_s, double *leaf_t)
+{
+    bool triangle = patches->shape[patch] == HPR_SHAPE_TRIANGLE;
+    uint32_t node = (uint32_t)patch;
+    while (elements->child[node] != HPR_NONE) {
+        int which;
+        if (triangle) {
+            double rest = 1 - s - t;
+            which = t > s;
+            double across = which ? t - s : s - t;
+            s = which ? across : rest;
+            t = which ? rest : across;
+        } else {
+            double *halved = elements->axis[node] ? &t : &s;
+            which = *halved >= 0.5;
+            *halved = which ? 2 * *halved - 1 : 2 * *halved;
+        }
+        node = elements->child[node] + (uint32_t)which;
+    }
+    *leaf_s = s;
+    *leaf_t = t;
+    return elements->leaf_of_node[node];
+}

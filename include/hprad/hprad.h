@@ -7,5 +7,6 @@
 #include <hprad/scene.h>
 #include <hprad/solve.h>
 #include <hprad/status.h>
+#include <hprad/version.h>
 
 #endif

@@ -495,6 +495,46 @@ static void no_leak_from_a_room(void **state)
     hpr_context_destroy(&ctx);
 }
 
+/* Rays are cut to a ball around the scene: one that just holds the corners of a room, seen from in- and
+ * outside. */
+static void outermost_corners_are_reached(void **state)
+{
+    (void)state;
+    hpr_context *ctx = shapes_context(1, NULL);
+    hpr_patches *patches = shapes_create(ctx, 18);
+    double side = 2 / sqrt(3) * (1 - 1e-12), a[3] = {side, 0, 0}, b[3] = {0, side, 0}, c[3] = {0, 0, side};
+    const double corner[3] = {-side / 2, -side / 2, -side / 2};
+    shapes_box(patches, 0, corner, a, b, c, true); /* half the diagonal is just below 1 */
+    uint32_t walls[18];
+    for (uint32_t i = 0; i < 18; i++)
+        walls[i] = i;
+    hpr_visibility *visibility = see(patches);
+    uint64_t seed = 19;
+    for (int m = 0; m < 8000; m++) {
+        double from[3], target[3], direction[3], beyond[3];
+        random_point(&seed, -0.2, 0.2, from);
+        for (int k = 0; k < 3; k++) /* within 1e-9 of a corner, inside */
+            target[k] = (m >> k & 1 ? 1 : -1) * (side / 2 - 1e-9 * shapes_random(&seed));
+        hpr_subtract(target, from, direction);
+        double length = hpr_length(direction);
+        for (int k = 0; k < 3; k++)
+            direction[k] /= length;
+        hpr_hit hit = hpr_visibility_first_hit(visibility, from, direction, 0, INFINITY, true, NULL);
+        assert_true(hit.patch != HPR_NONE && fabs(hit.distance - length) < 1e-8);
+        /* from 5 away on the other side, through the culled back of a wall to the same corner */
+        hpr_add_scaled(target, -5, direction, from);
+        hit = hpr_visibility_first_hit(visibility, from, direction, 0, INFINITY, true, NULL);
+        assert_true(hit.patch != HPR_NONE && fabs(hit.distance - 5) < 1e-8);
+        /* and a segment that begins near the corner, outside, is blocked there */
+        hpr_add_scaled(target, -1e-3, direction, from);
+        hpr_add_scaled(target, 3, direction, beyond);
+        assert_true(hpr_visibility_blocked(visibility, from, beyond, walls, 18));
+    }
+    hpr_visibility_destroy(&visibility);
+    hpr_patches_destroy(&patches);
+    hpr_context_destroy(&ctx);
+}
+
 static hpr_hit look_down(const hpr_visibility *visibility, double x, double y, double z, bool cull,
                          bool *back)
 {
@@ -619,7 +659,7 @@ static void first_hit_agrees_with_the_plain_loop(void **state)
         for (int m = 0; m < 10000; m++, total++) {
             double origin[3], direction[3];
             bool cull = m % 2;
-            random_point(&seed, m % 3 ? 0 : -20, m % 3 ? 1 : 20, origin);
+            random_point(&seed, m % 3 ? 0 : -2e4, m % 3 ? 1 : 2e4, origin);
             put(p, origin, origin);
             random_direction(&seed, direction);
             if (m % 3 == 0) {
@@ -640,7 +680,7 @@ static void first_hit_agrees_with_the_plain_loop(void **state)
                 continue;
             hits++;
             double fall = fabs(hpr_dot(direction, patches->normal + 3 * plain.patch));
-            double unit = 0x1p-52 * (50 * p->scale + p->offset) / fall;
+            double unit = 0x1p-52 * ((m % 3 ? 1 : 4e4) * p->scale + p->offset) / fall;
             worst = fmax(worst, fabs(plain.distance - tree.distance) / unit);
         }
         hpr_visibility_destroy(&visibility);
@@ -781,7 +821,9 @@ static void memory_may_run_out_anywhere(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(rounding_mode_is_left_alone), /* first: modes outlive the test that set them */
         cmocka_unit_test(walls_of_a_room_see_each_other),
+        cmocka_unit_test(outermost_corners_are_reached),
         cmocka_unit_test(facing_away_sees_nothing),
         cmocka_unit_test(only_what_is_between_blocks),
         cmocka_unit_test(beside_the_shaft_does_not_block),
@@ -795,7 +837,6 @@ int main(void)
         cmocka_unit_test(first_hit_agrees_with_the_plain_loop),
         cmocka_unit_test(threads_and_instruction_sets_agree),
         cmocka_unit_test(nothing_to_see),
-        cmocka_unit_test(rounding_mode_is_left_alone),
         cmocka_unit_test(memory_may_run_out_anywhere),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

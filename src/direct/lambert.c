@@ -19,7 +19,8 @@ static size_t cut_at_horizon(hpr_vec3 normal, const hpr_vec3 *in, size_t count, 
     return kept;
 }
 
-double hpr_lambert_fraction(const double point[3], const double normal[3], const double (*corner)[3], size_t count)
+double hpr_lambert_fraction(const double point[3], const double normal[3], const double (*corner)[3],
+                            size_t count)
 {
     hpr_vec3 x = hpr_vec3_load(point), n = hpr_vec3_load(normal);
     hpr_vec3 whole[MAX_CORNERS], above[2 * MAX_CORNERS];

@@ -20,12 +20,12 @@ typedef struct assembly {
     hpr_quadrature *quadrature;
     hpr_links *links;
     bool classify;
-    uint8_t *verdict;       /* [patches][patches] hpr_verdict, upper triangle */
-    uint32_t *everyone;     /* [patch_count] 0, 1, 2 ... : the blockers where nothing is classified */
-    size_t *blocker_first;  /* [link_count + 1] into blocker */
-    uint32_t *blocker;      /* candidates of the partly visible links */
+    uint8_t *verdict;      /* [patches][patches] hpr_verdict, upper triangle */
+    uint32_t *everyone;    /* [patch_count] 0, 1, 2 ... : the blockers where nothing is classified */
+    size_t *blocker_first; /* [link_count + 1] into blocker */
+    uint32_t *blocker;     /* candidates of the partly visible links */
     size_t blocker_capacity;
-    size_t *task_first;     /* [link_count + 1] first task of each link; a task is one receiver leaf */
+    size_t *task_first; /* [link_count + 1] first task of each link; a task is one receiver leaf */
 } assembly;
 
 static void patch_facet(const hpr_patches *patches, size_t patch, hpr_facet *facet)
@@ -73,8 +73,8 @@ static hpr_status find_verdicts(assembly *a, size_t *link_count)
             patch_facet(a->patches, j, &fj);
             size_t count = 0;
             /* An empty list of candidates asks only whether they face each other. */
-            hpr_verdict verdict = hpr_visibility_classify(a->visibility, &fi, &fj, a->classify ? NULL : a->everyone,
-                                                          0, NULL, &count);
+            hpr_verdict verdict = hpr_visibility_classify(a->visibility, &fi, &fj,
+                                                          a->classify ? NULL : a->everyone, 0, NULL, &count);
             if (!a->classify && verdict == HPR_SEES_WHOLLY && n > 2)
                 verdict = HPR_SEES_PARTLY;
             a->verdict[i * n + j] = (uint8_t)verdict;
@@ -143,10 +143,11 @@ static hpr_status check_memory(assembly *a)
     double machine = (double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGE_SIZE);
     double needed = (double)a->links->block_count * sizeof(double);
     if (needed > 0.9 * machine)
-        return hpr_fail(a->context, HPR_ERR_MEMORY,
-                        "%zu coefficients need %.3g GB for kernel blocks, this machine has %.3g GB: lower --subdivide "
-                        "or --order",
-                        a->elements->dof[a->elements->leaf_count], 1e-9 * needed, 1e-9 * machine);
+        return hpr_fail(
+            a->context, HPR_ERR_MEMORY,
+            "%zu coefficients need %.3g GB for kernel blocks, this machine has %.3g GB: lower --subdivide "
+            "or --order",
+            a->elements->dof[a->elements->leaf_count], 1e-9 * needed, 1e-9 * machine);
     return HPR_OK;
 }
 
@@ -160,7 +161,8 @@ static hpr_status make_links(assembly *a)
     if (status == HPR_OK)
         status = hpr_allocate_into(a->context, &links->row, n + 1, sizeof *links->row, "links");
     if (status == HPR_OK)
-        status = hpr_allocate_into(a->context, &a->task_first, link_count + 1, sizeof *a->task_first, "links");
+        status =
+            hpr_allocate_into(a->context, &a->task_first, link_count + 1, sizeof *a->task_first, "links");
     if (status != HPR_OK)
         return status;
     place_links(a);
@@ -168,7 +170,8 @@ static hpr_status make_links(assembly *a)
     if (status == HPR_OK)
         status = index_rows(a);
     if (status == HPR_OK)
-        status = hpr_allocate_into(a->context, &links->block, links->block_count, sizeof(double), "kernel blocks");
+        status =
+            hpr_allocate_into(a->context, &links->block, links->block_count, sizeof(double), "kernel blocks");
     return status;
 }
 
@@ -178,8 +181,8 @@ static hpr_status list_blockers(assembly *a)
     size_t n = a->patches->count, total = 0;
     hpr_links *links = a->links;
     uint32_t *found = NULL;
-    hpr_status status =
-        hpr_allocate_into(a->context, &a->blocker_first, links->count + 1, sizeof *a->blocker_first, "blockers");
+    hpr_status status = hpr_allocate_into(a->context, &a->blocker_first, links->count + 1,
+                                          sizeof *a->blocker_first, "blockers");
     if (status == HPR_OK)
         status = hpr_allocate_into(a->context, &found, n, sizeof *found, "blockers");
     for (size_t l = 0; status == HPR_OK && a->classify && l < links->count; l++) {
@@ -190,7 +193,8 @@ static hpr_status list_blockers(assembly *a)
             patch_facet(a->patches, link->recv, &recv);
             patch_facet(a->patches, link->send, &send);
             hpr_visibility_classify(a->visibility, &recv, &send, NULL, 0, found, &count);
-            status = hpr_grow(a->context, &a->blocker, &a->blocker_capacity, total + count, sizeof *a->blocker);
+            status =
+                hpr_grow(a->context, &a->blocker, &a->blocker_capacity, total + count, sizeof *a->blocker);
             if (status == HPR_OK && count)
                 memcpy(a->blocker + total, found, count * sizeof *found);
         }
@@ -233,7 +237,7 @@ static void integrate_pair(const assembly *a, worker *w, size_t l, size_t leaf_i
     }
     double *block = a->links->block + hpr_link_block(a->links, link, leaf_i, leaf_j);
     hpr_block_result result = hpr_block_ref(a->quadrature, &task, block, w->scratch);
-    hpr_counter kind = !result.seen           ? HPR_COUNT_PAIRS_HIDDEN
+    hpr_counter kind = !result.seen         ? HPR_COUNT_PAIRS_HIDDEN
                        : task.blocker_count ? HPR_COUNT_PAIRS_PARTIAL
                                             : HPR_COUNT_PAIRS_VISIBLE;
     w->counts[kind]++;

@@ -54,8 +54,8 @@ static void apply_transposed(const double *block, size_t rows, size_t columns, s
     }
 }
 
-void hpr_links_gather(const hpr_links *links, size_t patch, size_t leaf, size_t channels, const double *radiosity,
-                      double *irradiance)
+void hpr_links_gather(const hpr_links *links, size_t patch, size_t leaf, size_t channels,
+                      const double *radiosity, double *irradiance)
 {
     const hpr_elements *e = links->elements;
     size_t rows = e->dof[leaf + 1] - e->dof[leaf];
@@ -68,10 +68,11 @@ void hpr_links_gather(const hpr_links *links, size_t patch, size_t leaf, size_t 
             size_t columns = e->dof[j + 1] - e->dof[j];
             const double *b = radiosity + e->dof[j] * channels;
             if (transposed)
-                apply_transposed(links->block + hpr_link_block(links, link, j, leaf), rows, columns, channels, b,
-                                 irradiance);
+                apply_transposed(links->block + hpr_link_block(links, link, j, leaf), rows, columns, channels,
+                                 b, irradiance);
             else
-                apply(links->block + hpr_link_block(links, link, leaf, j), rows, columns, channels, b, irradiance);
+                apply(links->block + hpr_link_block(links, link, leaf, j), rows, columns, channels, b,
+                      irradiance);
         }
     }
 }

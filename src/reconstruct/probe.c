@@ -8,7 +8,8 @@ static double outside(double x, double low, double high)
 }
 
 /* Distance of a point to a patch, and the parameters of the nearest point found (exact near the patch). */
-static double patch_distance(const hpr_patches *patches, size_t patch, const double point[3], double *s, double *t)
+static double patch_distance(const hpr_patches *patches, size_t patch, const double point[3], double *s,
+                             double *t)
 {
     hpr_patch_parameters(patches, patch, point, s, t);
     if (patches->shape[patch] == HPR_SHAPE_PARALLELOGRAM) {
@@ -23,9 +24,9 @@ static double patch_distance(const hpr_patches *patches, size_t patch, const dou
             *t = 1 - *s;
         }
     }
-    hpr_vec3 nearest = hpr_madd(hpr_madd(hpr_vec3_load(patches->origin + 3 * patch), *s,
-                                         hpr_vec3_load(patches->edge1 + 3 * patch)),
-                                *t, hpr_vec3_load(patches->edge2 + 3 * patch));
+    hpr_vec3 nearest = hpr_madd(
+        hpr_madd(hpr_vec3_load(patches->origin + 3 * patch), *s, hpr_vec3_load(patches->edge1 + 3 * patch)),
+        *t, hpr_vec3_load(patches->edge2 + 3 * patch));
     return hpr_length(hpr_sub(hpr_vec3_load(point), nearest));
 }
 
@@ -35,7 +36,8 @@ typedef struct match {
 } match;
 
 /* The side within `reach` whose normal agrees best, ties to the lowest index. */
-static match find_side(const hpr_patches *patches, const double point[3], const double normal[3], double reach)
+static match find_side(const hpr_patches *patches, const double point[3], const double normal[3],
+                       double reach)
 {
     /* Normals that agree to rounding are a tie. */
     static const double tie = 1e-9;
@@ -54,8 +56,8 @@ static match find_side(const hpr_patches *patches, const double point[3], const 
 }
 
 hpr_status hpr_solution_probe(hpr_context *context, const hpr_solution *solution, size_t count,
-                              const double *point, const double *normal, double *irradiance, double *radiosity,
-                              uint32_t *patch)
+                              const double *point, const double *normal, double *irradiance,
+                              double *radiosity, uint32_t *patch)
 {
     const hpr_patches *patches = solution->patches;
     size_t n = solution->channel_count;
@@ -75,11 +77,13 @@ hpr_status hpr_solution_probe(hpr_context *context, const hpr_solution *solution
             size_t pc = n * found.patch + c;
             if (found.patch == HPR_NONE)
                 irradiance[n * i + c] = NAN;
-            radiosity[n * i + c] = found.patch == HPR_NONE
-                                       ? NAN
-                                       : patches->exitance[pc] + patches->reflectance[pc] * irradiance[n * i + c];
+            radiosity[n * i + c] =
+                found.patch == HPR_NONE
+                    ? NAN
+                    : patches->exitance[pc] + patches->reflectance[pc] * irradiance[n * i + c];
         }
     }
     hpr_stage_end(context);
-    return hpr_cancelled(context) ? hpr_fail(context, HPR_ERR_INTERRUPTED, "interrupted while probing") : HPR_OK;
+    return hpr_cancelled(context) ? hpr_fail(context, HPR_ERR_INTERRUPTED, "interrupted while probing")
+                                  : HPR_OK;
 }

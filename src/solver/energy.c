@@ -24,10 +24,10 @@ typedef struct energy {
     hpr_visibility *visibility;
     hpr_gauss_table *gauss;
     size_t channels;
-    double tolerance;  /* absolute, W per leaf */
-    int side;          /* rays are stratified side x side per point */
-    bool *shaded;      /* [patches] something may come between it and what it sees */
-    double *lost;      /* [leaves][2][channels] on backs, escaped; summed in leaf order */
+    double tolerance; /* absolute, W per leaf */
+    int side;         /* rays are stratified side x side per point */
+    bool *shaded;     /* [patches] something may come between it and what it sees */
+    double *lost;     /* [leaves][2][channels] on backs, escaped; summed in leaf order */
 } energy;
 
 /* f_back and f_out at one point of a patch. */
@@ -54,7 +54,8 @@ static bool may_be_shaded(const energy *e, size_t patch)
             size_t count = 0;
             facet_of(e->patches, j, sign, &other);
             if (j != patch && j != e->patches->twin[patch] &&
-                hpr_visibility_classify(e->visibility, &own, &other, NULL, 0, NULL, &count) == HPR_SEES_PARTLY)
+                hpr_visibility_classify(e->visibility, &own, &other, NULL, 0, NULL, &count) ==
+                    HPR_SEES_PARTLY)
                 return true;
         }
     }
@@ -71,7 +72,8 @@ static fractions lambert_fractions(const energy *e, size_t patch, const double p
             continue;
         double corner[4][3], offset[3];
         size_t count = hpr_patch_corners(patches, j, corner);
-        double part = hpr_lambert_fraction(point, patches->normal + 3 * patch, (const double(*)[3])corner, count);
+        double part =
+            hpr_lambert_fraction(point, patches->normal + 3 * patch, (const double(*)[3])corner, count);
         hpr_subtract3(point, patches->origin + 3 * j, offset);
         f.out -= part;
         if (patches->twin[j] == HPR_NONE && hpr_dot3(offset, patches->normal + 3 * j) < 0)
@@ -145,8 +147,8 @@ static void leaf_radiosity(const leaf_integral *l, double s, double t, double *r
 }
 
 /* Adds weight * B * f. */
-static void add_point(const leaf_integral *l, double s, double t, double weight, fractions f, double *radiosity,
-                      double *sum)
+static void add_point(const leaf_integral *l, double s, double t, double weight, fractions f,
+                      double *radiosity, double *sum)
 {
     size_t n = l->e->channels;
     leaf_radiosity(l, s, t, radiosity);
@@ -156,7 +158,8 @@ static void add_point(const leaf_integral *l, double s, double t, double weight,
     }
 }
 
-/* Product Gauss over a box of the unit square; triangles are collapsed, s = a (1 - t). radiosity: scratch [channels]. */
+/* Product Gauss over a box of the unit square; triangles are collapsed, s = a (1 - t). radiosity: scratch
+ * [channels]. */
 static void integrate_box(leaf_integral *l, const double box[4], double *sum, double *radiosity)
 {
     const hpr_gauss_rule *gauss = &l->e->gauss->legendre[CELL_NODES];
@@ -183,7 +186,8 @@ static double difference(const double *whole, const double *half0, const double 
     return worst;
 }
 
-/* Adaptive by halving along the axis that shows the larger difference; adds to `total`. Works on a stack of its own. */
+/* Adaptive by halving along the axis that shows the larger difference; adds to `total`. Works on a stack of
+ * its own. */
 static void integrate_adaptively(leaf_integral *l, const double box[4], const double *whole, int depth,
                                  double *total)
 {
@@ -212,7 +216,8 @@ static void integrate_adaptively(leaf_integral *l, const double box[4], const do
 static void lose_from_leaf(const energy *e, size_t leaf)
 {
     uint32_t node = e->elements->leaf[leaf], patch = e->elements->patch[node];
-    leaf_integral l = {.e = e, .leaf = leaf, .patch = patch, .node = node, .shape = (hpr_shape)e->patches->shape[patch]};
+    leaf_integral l = {
+        .e = e, .leaf = leaf, .patch = patch, .node = node, .shape = (hpr_shape)e->patches->shape[patch]};
     double *total = e->lost + 2 * e->channels * leaf, scratch[e->channels];
     if (!e->shaded[patch]) {
         const double whole_box[4] = {0, 0, 1, 1};

@@ -11,10 +11,10 @@ typedef struct sweep {
     hpr_gauss_seidel *problem;
     const hpr_elements *elements;
     hpr_context *context;
-    double *radiosity;        /* [dofs][channels] */
-    double *change2, *norm2;  /* [leaves][channels] squares, summed in leaf order afterwards */
-    size_t scratch_values;    /* per thread */
-    double *scratch;          /* [threads][scratch_values] */
+    double *radiosity;       /* [dofs][channels] */
+    double *change2, *norm2; /* [leaves][channels] squares, summed in leaf order afterwards */
+    size_t scratch_values;   /* per thread */
+    double *scratch;         /* [threads][scratch_values] */
 } sweep;
 
 /* B = M + rho H on one leaf. */
@@ -82,10 +82,11 @@ static double sweep_once(sweep *s, bool update)
 
 static hpr_status no_convergence(const sweep *s, double change)
 {
-    return hpr_fail(s->context, HPR_ERR_NUMERIC,
-                    "no convergence after %d sweeps (relative change %.3g per sweep): where nothing is absorbed and "
-                    "nothing escapes there is no finite solution; --max-reflectance 0.99 scales such materials down",
-                    s->problem->sweeps, change);
+    return hpr_fail(
+        s->context, HPR_ERR_NUMERIC,
+        "no convergence after %d sweeps (relative change %.3g per sweep): where nothing is absorbed and "
+        "nothing escapes there is no finite solution; --max-reflectance 0.99 scales such materials down",
+        s->problem->sweeps, change);
 }
 
 static hpr_status iterate(sweep *s)
@@ -102,7 +103,8 @@ static hpr_status iterate(sweep *s)
         double ratio = before > 0 ? change / before : 0;
         if (hpr_cancelled(s->context))
             return hpr_fail(s->context, HPR_ERR_INTERRUPTED, "interrupted while solving");
-        if (change <= rounding || (p->sweeps > 2 && ratio < 1 && change * ratio / (1 - ratio) <= p->tolerance))
+        if (change <= rounding ||
+            (p->sweeps > 2 && ratio < 1 && change * ratio / (1 - ratio) <= p->tolerance))
             return HPR_OK;
         still = p->sweeps > 2 && ratio > 1 - standstill ? still + 1 : 0;
         if (still >= STANDSTILL_SWEEPS || !isfinite(change))

@@ -20,12 +20,12 @@ typedef struct hpr_gauss_seidel {
 } hpr_gauss_seidel;
 
 /*
- * One block is one patch: its leaves do not see each other, so they are updated in parallel with the same bits for
- * any thread count. Sweeps go through the patches in index order until the error estimated from the last two changes,
- * |change| q / (1 - q) with q their ratio, is within tolerance or the changes are at rounding.
- * Errors: HPR_ERR_NUMERIC (max_sweeps reached, or the changes do not fall: rho = 1 in a closed scene),
- * HPR_ERR_MEMORY, HPR_ERR_INTERRUPTED.
- * Source: Gortler, Cohen & Slusallek 1994 (relaxation); the estimate: Golub & Van Loan 2013, 11.2.
+ * One block is one patch: its leaves do not see each other, so they are updated in parallel with the same
+ * bits for any thread count. Sweeps go through the patches in index order until the error estimated from the
+ * last two changes, |change| q / (1 - q) with q their ratio, is within tolerance or the changes are at
+ * rounding. Errors: HPR_ERR_NUMERIC (max_sweeps reached, or the changes do not fall: rho = 1 in a closed
+ * scene), HPR_ERR_MEMORY, HPR_ERR_INTERRUPTED. Source: Gortler, Cohen & Slusallek 1994 (relaxation); the
+ * estimate: Golub & Van Loan 2013, 11.2.
  */
 hpr_status hpr_gauss_seidel_solve(hpr_gauss_seidel *problem);
 

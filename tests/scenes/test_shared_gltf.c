@@ -60,7 +60,7 @@ static void check_file(const char *root, const char *below)
     }
     if (!expected && !strncmp(below, "real/", 5))
         expected = &loads;
-    char path[4096];
+    char path[8192];
     snprintf(path, sizeof path, "%s/%s", root, below);
     hpr_context *ctx;
     hpr_scene *scene = NULL;
@@ -82,7 +82,7 @@ static void check_file(const char *root, const char *below)
 
 static void walk(const char *root, const char *below)
 {
-    char path[4096], inner[4096];
+    char path[8192], inner[4096];
     snprintf(path, sizeof path, "%s/%s", root, below);
     DIR *directory = opendir(path);
     for (struct dirent *entry; directory && (entry = readdir(directory));) {

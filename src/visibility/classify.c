@@ -47,8 +47,8 @@ static void height_range(const double (*point)[3], size_t count, const double or
     *most = -INFINITY;
     for (size_t i = 0; i < count; i++) {
         double offset[3];
-        hpr_subtract(point[i], origin, offset);
-        double height = hpr_dot(normal, offset);
+        hpr_subtract3(point[i], origin, offset);
+        double height = hpr_dot3(normal, offset);
         *least = fmin(*least, height);
         *most = fmax(*most, height);
     }
@@ -91,10 +91,10 @@ static bool meets_box(const shaft *sh, const double (*corner)[3], size_t count)
 static void try_plane(shaft *sh, const double p[3], const double q[3], const double r[3])
 {
     double edge[3], across[3], normal[3], least[2], most[2], slack = sh->visibility->slack;
-    hpr_subtract(q, p, edge);
-    hpr_subtract(r, p, across);
-    hpr_cross(edge, across, normal);
-    double length = hpr_length(normal);
+    hpr_subtract3(q, p, edge);
+    hpr_subtract3(r, p, across);
+    hpr_cross3(edge, across, normal);
+    double length = hpr_length3(normal);
     if (!(length > slack * slack))
         return;
     for (int k = 0; k < 3; k++)
@@ -107,7 +107,7 @@ static void try_plane(shaft *sh, const double p[3], const double q[3], const dou
     double *plane = sh->plane[sh->plane_count++];
     for (int k = 0; k < 3; k++)
         plane[k] = sign * normal[k];
-    plane[3] = hpr_dot(plane, p);
+    plane[3] = hpr_dot3(plane, p);
 }
 
 static void make_planes(shaft *sh)
@@ -130,7 +130,7 @@ static bool outside_hull(shaft *sh, const double (*corner)[3], size_t count)
         make_planes(sh);
     for (size_t i = 0; i < sh->plane_count; i++) {
         size_t outside = 0;
-        while (outside < count && hpr_dot(sh->plane[i], corner[outside]) >= sh->plane[i][3] - slack)
+        while (outside < count && hpr_dot3(sh->plane[i], corner[outside]) >= sh->plane[i][3] - slack)
             outside++;
         if (outside == count)
             return true;

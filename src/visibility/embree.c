@@ -234,7 +234,7 @@ bool hpr_rays_blocked(const hpr_rays *rays, const double x[3], const double y[3]
         .visibility = rays->visibility, .x = x, .y = y, .listed = listed, .listed_count = listed_count};
     double step[3];
     struct RTCRay ray;
-    hpr_subtract(stop, start, step);
+    hpr_subtract3(stop, start, step);
     set_ray(&ray, start, step, 1);
     trace_occlusion(rays->scene, &query.base, &ray);
     return ray.tfar < 0;

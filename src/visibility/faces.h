@@ -50,8 +50,8 @@ static inline void hpr_scene_units(const hpr_visibility *visibility, const doubl
 static inline bool hpr_face_holds(const hpr_face *face, const double offset[3], double growth, double *s,
                                   double *t)
 {
-    *s = hpr_dot(face->dual1, offset);
-    *t = hpr_dot(face->dual2, offset);
+    *s = hpr_dot3(face->dual1, offset);
+    *t = hpr_dot3(face->dual2, offset);
     double grow_s = growth * face->per_length[0], grow_t = growth * face->per_length[1];
     if (*s < -grow_s || *t < -grow_t)
         return false;
@@ -70,15 +70,15 @@ static inline bool hpr_face_blocks(const hpr_visibility *visibility, const hpr_f
                                    const double y[3])
 {
     double slack = visibility->slack, from_x[3], from_y[3], step[3], crossing[3], s, t;
-    hpr_subtract(x, face->origin, from_x);
-    hpr_subtract(y, face->origin, from_y);
-    double height_x = hpr_dot(face->normal, from_x), height_y = hpr_dot(face->normal, from_y);
+    hpr_subtract3(x, face->origin, from_x);
+    hpr_subtract3(y, face->origin, from_y);
+    double height_x = hpr_dot3(face->normal, from_x), height_y = hpr_dot3(face->normal, from_y);
     if (!((height_x > slack && height_y < -slack) || (height_x < -slack && height_y > slack)) || face->empty)
         return false;
     double drop = height_x - height_y;
-    hpr_subtract(y, x, step);
-    hpr_add_scaled(from_x, height_x / drop, step, crossing);
-    return hpr_face_holds(face, crossing, hpr_face_growth(visibility, fabs(drop) / hpr_length(step)), &s, &t);
+    hpr_subtract3(y, x, step);
+    hpr_add_scaled3(from_x, height_x / drop, step, crossing);
+    return hpr_face_holds(face, crossing, hpr_face_growth(visibility, fabs(drop) / hpr_length3(step)), &s, &t);
 }
 
 /* Where the line base + distance * direction (length 1) meets the face; false if it does not. */
@@ -87,13 +87,13 @@ static inline bool hpr_face_hit(const hpr_visibility *visibility, const hpr_face
                                 bool *from_back)
 {
     double offset[3], crossing[3];
-    double fall = hpr_dot(face->normal, direction);
+    double fall = hpr_dot3(face->normal, direction);
     if (fall == 0 || face->empty)
         return false;
-    hpr_subtract(base, face->origin, offset);
-    *distance = -hpr_dot(face->normal, offset) / fall;
+    hpr_subtract3(base, face->origin, offset);
+    *distance = -hpr_dot3(face->normal, offset) / fall;
     *from_back = fall > 0;
-    hpr_add_scaled(offset, *distance, direction, crossing);
+    hpr_add_scaled3(offset, *distance, direction, crossing);
     return hpr_face_holds(face, crossing, hpr_face_growth(visibility, fabs(fall)), s, t);
 }
 

@@ -35,24 +35,24 @@ static void set_face(const hpr_visibility *visibility, size_t patch, hpr_face *f
         edge2[k] = patches->edge2[3 * patch + k] * visibility->scale;
         face->normal[k] = patches->normal[3 * patch + k];
     }
-    hpr_cross(edge1, edge2, across);
-    double square = hpr_dot(across, across);
+    hpr_cross3(edge1, edge2, across);
+    double square = hpr_dot3(across, across);
     face->patch = (uint32_t)patch;
     face->triangle = patches->shape[patch] == HPR_SHAPE_TRIANGLE;
     face->single = patches->twin[patch] == HPR_NONE;
     face->empty = !(square >= DBL_MIN);
     if (face->empty)
         return;
-    hpr_cross(edge2, across, face->dual1);
-    hpr_cross(across, edge1, face->dual2);
+    hpr_cross3(edge2, across, face->dual1);
+    hpr_cross3(across, edge1, face->dual2);
     for (int k = 0; k < 3; k++) {
         face->dual1[k] /= square;
         face->dual2[k] /= square;
         sum[k] = face->dual1[k] + face->dual2[k];
     }
-    face->per_length[0] = hpr_length(face->dual1);
-    face->per_length[1] = hpr_length(face->dual2);
-    face->per_length[2] = hpr_length(sum);
+    face->per_length[0] = hpr_length3(face->dual1);
+    face->per_length[1] = hpr_length3(face->dual2);
+    face->per_length[2] = hpr_length3(sum);
     set_box(face, edge1, edge2, visibility->reach);
 }
 
@@ -121,9 +121,9 @@ void hpr_visibility_destroy(hpr_visibility **out)
  */
 static bool clip_to_ball(const double origin[3], const double direction[3], double *start, double *stop)
 {
-    double middle = -hpr_dot(origin, direction), foot[3];
-    hpr_add_scaled(origin, middle, direction, foot);
-    double square = ball_radius * ball_radius - hpr_dot(foot, foot);
+    double middle = -hpr_dot3(origin, direction), foot[3];
+    hpr_add_scaled3(origin, middle, direction, foot);
+    double square = ball_radius * ball_radius - hpr_dot3(foot, foot);
     if (!(square > 0))
         return false;
     *start = fmax(*start, middle - sqrt(square));
@@ -136,18 +136,18 @@ static bool blocked_by_many(const hpr_visibility *visibility, const double x[3],
                             const uint32_t *blockers, size_t blocker_count)
 {
     double direction[3], start = 0, a[3], b[3];
-    if (hpr_dot(x, x) <= 1 && hpr_dot(y, y) <= 1)
+    if (hpr_dot3(x, x) <= 1 && hpr_dot3(y, y) <= 1)
         return hpr_rays_blocked(visibility->rays, x, y, x, y, blockers, blocker_count);
-    hpr_subtract(y, x, direction);
-    double length = hpr_length(direction), stop = length;
+    hpr_subtract3(y, x, direction);
+    double length = hpr_length3(direction), stop = length;
     if (!(length > 0))
         return false;
     for (int k = 0; k < 3; k++)
         direction[k] /= length;
     if (!clip_to_ball(x, direction, &start, &stop))
         return false;
-    hpr_add_scaled(x, start, direction, a);
-    hpr_add_scaled(x, stop, direction, b);
+    hpr_add_scaled3(x, start, direction, a);
+    hpr_add_scaled3(x, stop, direction, b);
     return hpr_rays_blocked(visibility->rays, x, y, a, b, blockers, blocker_count);
 }
 
@@ -182,7 +182,7 @@ hpr_hit hpr_visibility_first_hit(const hpr_visibility *visibility, const double 
     ray.length = stop - entry;
     for (int k = 0; k < 3; k++)
         ray.direction[k] = direction[k];
-    hpr_add_scaled(start, entry, direction, ray.base);
+    hpr_add_scaled3(start, entry, direction, ray.base);
     hpr_hit hit = hpr_rays_first(visibility->rays, &ray, &from_back);
     if (back)
         *back = from_back;

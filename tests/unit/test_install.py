@@ -29,8 +29,11 @@ int main(void)
 
 def run(command, **environment):
     """(problems, stdout); a problem if the command fails."""
-    result = subprocess.run(command, env={**os.environ, **environment}, stdout=subprocess.PIPE,
-                            stderr=subprocess.PIPE, universal_newlines=True, check=False)
+    try:
+        result = subprocess.run(command, env={**os.environ, **environment}, stdout=subprocess.PIPE,
+                                stderr=subprocess.PIPE, universal_newlines=True, check=False)
+    except OSError as error:
+        return [str(error)], ""
     if result.returncode == 0:
         return [], result.stdout
     return [f"{shlex.join(command)}: exit code {result.returncode}", result.stdout, result.stderr], result.stdout

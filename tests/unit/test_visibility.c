@@ -32,7 +32,7 @@ static void random_direction(uint64_t *seed, double direction[3])
     double length;
     do {
         random_point(seed, -1, 1, direction);
-        length = hpr_length(direction);
+        length = hpr_length3(direction);
     } while (length > 1 || length < 0.1);
     for (int k = 0; k < 3; k++)
         direction[k] /= length;
@@ -242,11 +242,11 @@ static hpr_patches *random_scene(hpr_context *ctx, uint64_t *seed, const place *
             memcpy(a, ex, sizeof a);
             memcpy(c, ey, sizeof c);
         }
-        hpr_cross(a, c, b);
-        double length = hpr_length(b);
+        hpr_cross3(a, c, b);
+        double length = hpr_length3(b);
         for (int k = 0; k < 3; k++)
             b[k] /= length;
-        hpr_cross(a, b, c);
+        hpr_cross3(a, b, c);
         for (int k = 0; k < 3; k++) {
             a[k] *= p->scale * 0.3;
             b[k] *= p->scale * 0.4;
@@ -266,8 +266,8 @@ static void point_on(const hpr_patches *patches, size_t i, double s, double t, d
         s = 1 - s;
         t = 1 - t;
     }
-    hpr_add_scaled(patches->origin + 3 * i, s, patches->edge1 + 3 * i, point);
-    hpr_add_scaled(point, t, patches->edge2 + 3 * i, point);
+    hpr_add_scaled3(patches->origin + 3 * i, s, patches->edge1 + 3 * i, point);
+    hpr_add_scaled3(point, t, patches->edge2 + 3 * i, point);
 }
 
 /* A segment of the hard kinds too: ends on, or a hair off, a patch's plane, or through an edge. */
@@ -284,21 +284,21 @@ static void random_segment(const hpr_patches *patches, const place *p, uint64_t 
         point_on(patches, i, shapes_random(seed), shapes_random(seed), x);
         point_on(patches, j, shapes_random(seed), shapes_random(seed), y);
         double lift = kind == 1 ? 0 : kind == 2 ? 1e-9 : 1e-7;
-        hpr_add_scaled(x, p->scale * lift, patches->normal + 3 * i, x);
-        hpr_add_scaled(y, p->scale * lift, patches->normal + 3 * j, y);
+        hpr_add_scaled3(x, p->scale * lift, patches->normal + 3 * i, x);
+        hpr_add_scaled3(y, p->scale * lift, patches->normal + 3 * j, y);
     } else if (kind == 4) { /* nearly in the plane of a patch, ends a hair on both sides of it */
         point_on(patches, i, shapes_random(seed), 2 * shapes_random(seed) - 0.5, x);
         point_on(patches, i, 2 * shapes_random(seed) - 0.5, shapes_random(seed), y);
         double lift = pow(10, -12 + 8 * shapes_random(seed));
-        hpr_add_scaled(x, p->scale * lift, patches->normal + 3 * i, x);
-        hpr_add_scaled(y, -p->scale * lift, patches->normal + 3 * i, y);
+        hpr_add_scaled3(x, p->scale * lift, patches->normal + 3 * i, x);
+        hpr_add_scaled3(y, -p->scale * lift, patches->normal + 3 * i, y);
     } else if (kind == 5) { /* through a point of an edge */
         double edge[3];
         point_on(patches, i, 0, shapes_random(seed), edge);
-        hpr_subtract(edge, x, y);
-        hpr_add_scaled(edge, 0.9, y, y);
+        hpr_subtract3(edge, x, y);
+        hpr_add_scaled3(edge, 0.9, y, y);
     } else if (kind == 6) { /* from far away */
-        hpr_add_scaled(x, 1e4, y, x);
+        hpr_add_scaled3(x, 1e4, y, x);
     }
 }
 
@@ -366,10 +366,10 @@ static void classify_is_conservative(void **state)
                 double x[3], y[3], step[3];
                 point_on(patches, a, shapes_random(&seed), shapes_random(&seed), x);
                 point_on(patches, b, shapes_random(&seed), shapes_random(&seed), y);
-                hpr_subtract(y, x, step);
+                hpr_subtract3(y, x, step);
                 double slack = 1e-11 * (places[n].scale + places[n].offset * 1e-3);
-                bool faces = hpr_dot(step, patches->normal + 3 * a) > slack &&
-                             hpr_dot(step, patches->normal + 3 * b) < -slack;
+                bool faces = hpr_dot3(step, patches->normal + 3 * a) > slack &&
+                             hpr_dot3(step, patches->normal + 3 * b) < -slack;
                 if (faces && verdict == HPR_SEES_NOTHING)
                     fail_msg("place %d: %zu and %zu face each other, verdict: nothing", n, a, b);
                 for (uint32_t c = 0; faces && c < RANDOM_COUNT; c++) {
@@ -415,8 +415,8 @@ static void no_leak_between_blockers(void **state)
             wing2[k] = p->scale * (n < PLACE_COUNT ? 0 : wing2[k]) - wing1[k]; /* coplanar first */
         }
         /* as a file gives it: the shared edge from its other end, its vertices rounded once more */
-        hpr_add_scaled(origin, 1, edge, far);
-        hpr_subtract(origin, far, along);
+        hpr_add_scaled3(origin, 1, edge, far);
+        hpr_subtract3(origin, far, along);
         shapes_set(patches, 0, HPR_SHAPE_PARALLELOGRAM, origin, edge, wing1);
         shapes_set(patches, 1, n % 2 ? HPR_SHAPE_TRIANGLE : HPR_SHAPE_PARALLELOGRAM, far, along, wing2);
         for (size_t i = 2; i < 20; i++) { /* out of the way; a long list goes through the tree */
@@ -429,20 +429,20 @@ static void no_leak_between_blockers(void **state)
             all[i] = i;
         for (int m = 0; m < 20000; m++) {
             double between = 1e-3 + 0.998 * shapes_random(&seed), x[3], y[3], point[3], direction[3], span[3];
-            hpr_add_scaled(origin, between, edge, point);
+            hpr_add_scaled3(origin, between, edge, point);
             /* a direction from one side of the fold to the other: across the mean of both normals */
             random_direction(&seed, direction);
             double sign[2];
             for (int w = 0; w < 2; w++)
-                sign[w] = hpr_dot(direction, patches->normal + 3 * w);
+                sign[w] = hpr_dot3(direction, patches->normal + 3 * w);
             /* passes the edge from one side to the other if the wings lie on different sides of the plane
              * spanned by the ray and the edge */
-            hpr_cross(direction, edge, span);
-            if (hpr_dot(span, wing1) * hpr_dot(span, wing2) >= 0 || fabs(sign[0]) < 1e-4 ||
+            hpr_cross3(direction, edge, span);
+            if (hpr_dot3(span, wing1) * hpr_dot3(span, wing2) >= 0 || fabs(sign[0]) < 1e-4 ||
                 fabs(sign[1]) < 1e-4)
                 continue;
-            hpr_add_scaled(point, 0.7 * p->scale, direction, x);
-            hpr_add_scaled(point, -0.4 * p->scale, direction, y);
+            hpr_add_scaled3(point, 0.7 * p->scale, direction, x);
+            hpr_add_scaled3(point, -0.4 * p->scale, direction, y);
             if (!hpr_visibility_blocked(visibility, x, y, all, 2) ||
                 !hpr_visibility_blocked(visibility, x, y, all, 20))
                 fail_msg("fold %d: ray %d leaks through the edge", n, m);
@@ -468,14 +468,14 @@ static void no_leak_from_a_room(void **state)
             for (int k = 0; k < 3; k++)
                 inside[k] = patches->origin[k];
             for (size_t w = 0; w < 3; w++) /* patches 0, 2, 4 start in the corner */
-                hpr_add_scaled(inside, 0.01 + 0.98 * shapes_random(&seed), patches->edge1 + 3 * 2 * w,
+                hpr_add_scaled3(inside, 0.01 + 0.98 * shapes_random(&seed), patches->edge1 + 3 * 2 * w,
                                inside);
             size_t wall = (size_t)m % 6;
             int kind = m % 4;
             point_on(patches, wall, kind == 3 ? 1 : shapes_random(&seed),
                      kind >= 2 ? 0 : shapes_random(&seed), target);
-            hpr_subtract(target, inside, direction);
-            double length = hpr_length(direction);
+            hpr_subtract3(target, inside, direction);
+            double length = hpr_length3(direction);
             for (int k = 0; k < 3; k++)
                 direction[k] /= length;
             hpr_hit hit = hpr_visibility_first_hit(visibility, inside, direction, 0, INFINITY, true, NULL);
@@ -591,12 +591,12 @@ static hpr_hit plain_first_hit(const hpr_patches *patches, const double origin[3
     hpr_hit best = {.patch = HPR_NONE, .distance = INFINITY};
     for (size_t i = 0; i < patches->count; i++) {
         double offset[3], point[3], s, t;
-        double fall = hpr_dot(direction, patches->normal + 3 * i);
+        double fall = hpr_dot3(direction, patches->normal + 3 * i);
         if (fall == 0 || (cull && fall > 0))
             continue;
-        hpr_subtract(patches->origin + 3 * i, origin, offset);
-        double distance = hpr_dot(offset, patches->normal + 3 * i) / fall;
-        hpr_add_scaled(origin, distance, direction, point);
+        hpr_subtract3(patches->origin + 3 * i, origin, offset);
+        double distance = hpr_dot3(offset, patches->normal + 3 * i) / fall;
+        hpr_add_scaled3(origin, distance, direction, point);
         hpr_patch_parameters(patches, i, point, &s, &t);
         bool in = s >= 0 && t >= 0 && (patches->shape[i] ? s + t <= 1 : s <= 1 && t <= 1);
         if (in && distance > 0 && distance < best.distance)
@@ -626,8 +626,8 @@ static void first_hit_agrees_with_the_plain_loop(void **state)
                 double target[3];
                 random_point(&seed, 0, 1, target);
                 put(p, target, target);
-                hpr_subtract(target, origin, direction);
-                double length = hpr_length(direction);
+                hpr_subtract3(target, origin, direction);
+                double length = hpr_length3(direction);
                 for (int k = 0; k < 3; k++)
                     direction[k] /= length;
             }
@@ -639,7 +639,7 @@ static void first_hit_agrees_with_the_plain_loop(void **state)
             if (plain.patch == HPR_NONE)
                 continue;
             hits++;
-            double fall = fabs(hpr_dot(direction, patches->normal + 3 * plain.patch));
+            double fall = fabs(hpr_dot3(direction, patches->normal + 3 * plain.patch));
             double unit = 0x1p-52 * (50 * p->scale + p->offset) / fall;
             worst = fmax(worst, fabs(plain.distance - tree.distance) / unit);
         }
@@ -674,7 +674,7 @@ static void trace_set(int threads, const char *isa, hpr_hit *hit, bool *blocked,
         random_point(&seed, 0, 1, origin);
         put(&places[1], origin, origin);
         random_direction(&seed, direction);
-        hpr_add_scaled(origin, 0.5, direction, target);
+        hpr_add_scaled3(origin, 0.5, direction, target);
         hit[m] = hpr_visibility_first_hit(visibility, origin, direction, 0, INFINITY, true, NULL);
         blocked[m] = hpr_visibility_blocked(visibility, origin, target, all, RANDOM_COUNT);
     }

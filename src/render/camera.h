@@ -20,12 +20,4 @@ double hpr_camera_aspect(const hpr_camera *camera);
 void hpr_camera_ray_through(const hpr_camera *camera, double picture_aspect, double x, double y,
                             hpr_camera_ray *ray);
 
-/*
- * A camera that frames the scene, for scenes without one: perspective, yfov 40 degrees, from the right and
- * above
- * (+x, +y, +z, as glTF has y up and z toward the viewer), as near as it can with every corner inside a square
- * picture with a border of 5%. name is NULL. No patches: it looks at the origin from a distance of 1.
- */
-void hpr_camera_frame_scene(const hpr_patches *patches, hpr_camera *camera);
-
 #endif

@@ -78,7 +78,8 @@ static inline bool hpr_face_blocks(const hpr_visibility *visibility, const hpr_f
     double drop = height_x - height_y;
     hpr_subtract3(y, x, step);
     hpr_add_scaled3(from_x, height_x / drop, step, crossing);
-    return hpr_face_holds(face, crossing, hpr_face_growth(visibility, fabs(drop) / hpr_length3(step)), &s, &t);
+    return hpr_face_holds(face, crossing, hpr_face_growth(visibility, fabs(drop) / hpr_length3(step)), &s,
+                          &t);
 }
 
 /* Where the line base + distance * direction (length 1) meets the face; false if it does not. */

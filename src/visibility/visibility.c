@@ -2,7 +2,7 @@
 
 #include <float.h>
 
-/* Testing this many blockers one by one takes as long as walking the tree (tests/bench, 2 to 4 ns each). */
+/* One blocker takes about 8 ns, a walk through the tree 60 ns (18 patches) to 600 ns (6000 patches). */
 enum { FEW_BLOCKERS = 16 };
 
 /* Corners of the scene have |x'| <= 1; what lies outside this ball touches no face. */

@@ -1,4 +1,8 @@
-"""The Test Anything Protocol for the script tests: check(fact, problems) per fact, then sys.exit(done())."""
+"""The Test Anything Protocol for the script tests: check(fact, problems) per fact, then sys.exit(done()).
+
+Problems go to stderr, for Meson keeps a TAP program's stdout to itself when it shows what failed.
+"""
+import sys
 
 _count = 0
 _failed = 0
@@ -15,7 +19,7 @@ def check(fact, problems=()):
     print(f"{'not ok' if problems else 'ok'} {_count} - {fact}")
     for problem in problems:
         for line in str(problem).splitlines():
-            print(f"# {line}")
+            print(f"{fact}: {line}", file=sys.stderr)
 
 
 def done():

@@ -1,5 +1,6 @@
 #include "shapes.h"
 
+#include "patch/frame.h"
 #include "render/camera.h"
 #include "render/strata.h"
 #include "solver/solution.h"
@@ -310,7 +311,7 @@ static void framing_camera_holds_every_corner(void **state)
     for (int n = 0; n < 4; n++) {
         hpr_patches *patches = room(ctx, place[n][0], place[n][1]);
         hpr_camera camera;
-        hpr_camera_frame_scene(patches, &camera);
+        hpr_patches_frame(patches, &camera);
         assert_true(fabs(camera.yfov_rad - pi * 40 / 180) < 1e-15 && camera.znear > 0);
         /* right x up = backward, all of length 1 */
         double axis[3];
@@ -345,7 +346,7 @@ static void framing_camera_holds_every_corner(void **state)
     }
     hpr_patches *none = shapes_create(ctx, 0);
     hpr_camera camera;
-    hpr_camera_frame_scene(none, &camera);
+    hpr_patches_frame(none, &camera);
     assert_true(fabs(hpr_length3(camera.origin) - 1) < 1e-15 && camera.znear > 0);
     hpr_patches_destroy(&none);
     hpr_context_destroy(&ctx);
@@ -356,7 +357,7 @@ static void render_room(int threads, hpr_image *image, hpr_context **ctx)
     *ctx = shapes_context(threads, NULL);
     hpr_camera camera;
     hpr_patches *patches = room(*ctx, 3, 1);
-    hpr_camera_frame_scene(patches, &camera);
+    hpr_patches_frame(patches, &camera);
     const double irradiance[6] = {5, 4, 3, 2, 1, 0.1};
     hpr_solution solution = solution_of(*ctx, patches, &camera, irradiance);
     const hpr_render_options options = {97, 61, 5};

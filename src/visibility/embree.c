@@ -7,6 +7,7 @@
  */
 #include "visibility/faces.h"
 
+#include <hprad/version.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -17,6 +18,11 @@ typedef struct RTCRayQueryContext query_base;
 #include <embree3/rtcore.h>
 typedef struct RTCIntersectContext query_base;
 #endif
+
+const char *hpr_embree_version(void)
+{
+    return RTC_VERSION_STRING;
+}
 
 static const float padding = 1e-6f;
 

@@ -272,8 +272,8 @@ static double triangle_area(const float *a, const float *b, const float *c, cons
         u[k] = (double)b[k] - (double)a[k];
         v[k] = (double)c[k] - (double)a[k];
     }
-    hpr_cross(u, v, across);
-    return 0.5 * hpr_dot(across, normal);
+    hpr_cross3(u, v, across);
+    return 0.5 * hpr_dot3(across, normal);
 }
 
 /* The triangles of every patch cover it once, facing its front: their signed area along its normal is its

@@ -224,6 +224,7 @@ static void integrate_pair(const assembly *a, worker *w, size_t l, size_t leaf_i
     hpr_block_task task = {.recv = leaf_frame(a, leaf_i),
                            .send = leaf_frame(a, leaf_j),
                            .tolerance = a->links->tolerance,
+                           .negligible = a->links->tolerance,
                            .contact_m = a->patches->weld_m,
                            .visibility = a->visibility};
     if (a->verdict[link->recv * a->patches->count + link->send] == HPR_SEES_PARTLY) {

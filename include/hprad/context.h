@@ -18,7 +18,7 @@ typedef enum hpr_log_level { HPR_LOG_WARNING, HPR_LOG_INFO } hpr_log_level;
 /**
  * How a context behaves. Callbacks may be NULL. `log` and `progress` are called by the thread that called
  * the library, or by one worker at a time. `cancel` is polled; when it becomes non-zero, the running call
- * returns HPR_ERR_INTERRUPTED. `allocate` must behave like calloc, `release` like free.
+ * returns HPR_ERR_INTERRUPTED. `allocate` must behave like calloc, `release` like free; both or neither.
  */
 typedef struct hpr_context_options {
     int threads;     /**< 0: OMP_NUM_THREADS, else the affinity mask */
@@ -35,8 +35,9 @@ typedef struct hpr_context_options {
 HPR_API void hpr_context_options_init(hpr_context_options *options);
 
 /**
- * Makes a context. `options` may be NULL. Errors: HPR_ERR_ARG (unknown or unavailable instruction set,
- * negative thread count), HPR_ERR_MEMORY; with no context there is no message beyond the status.
+ * Makes a context. `options` may be NULL. Errors: HPR_ERR_ARG (unknown or unavailable instruction set, thread
+ * count outside 0 .. 1024, half an allocator), HPR_ERR_MEMORY; with no context there is no message beyond the
+ * status.
  * A context serves one call at a time.
  */
 HPR_API hpr_status hpr_context_create(const hpr_context_options *options, hpr_context **context);

@@ -14,6 +14,9 @@ HPR_API const char *hpr_version(void);
  * text. */
 HPR_API const char *hpr_commit(void);
 
+/** Version of the Embree that it was built with, such as "3.13.5". Static text. */
+HPR_API const char *hpr_embree_version(void);
+
 #ifdef __cplusplus
 }
 #endif

@@ -10,7 +10,8 @@
 #include <string.h>
 #include <time.h>
 
-enum { MESSAGE_BYTES = 1024 };
+/* A mistyped thread count must not make OpenMP abort; cpu_set_t has no more processors either. */
+enum { MESSAGE_BYTES = 1024, MAX_THREADS = CPU_SETSIZE };
 
 struct hpr_context {
     hpr_context_options options;
@@ -85,9 +86,10 @@ static int choose_threads(int asked)
 {
     if (asked > 0)
         return asked;
-    const char *text = getenv("OMP_NUM_THREADS");
-    if (text && atoi(text) > 0)
-        return atoi(text);
+    const char *text = getenv("OMP_NUM_THREADS"); /* may be a list, one number per nesting level */
+    long number = text ? strtol(text, NULL, 10) : 0;
+    if (number > 0 && number <= MAX_THREADS)
+        return (int)number;
     cpu_set_t set;
     if (sched_getaffinity(0, sizeof set, &set) == 0)
         return CPU_COUNT(&set);
@@ -96,28 +98,27 @@ static int choose_threads(int asked)
 
 hpr_status hpr_context_create(const hpr_context_options *options, hpr_context **context)
 {
-    hpr_context_options defaults;
-    hpr_context_options_init(&defaults);
+    hpr_context_options used;
+    hpr_context_options_init(&used);
     *context = NULL;
     if (options) {
-        if (options->threads < 0)
+        hpr_context_options defaults = used;
+        used = *options;
+        if (used.threads < 0 || used.threads > MAX_THREADS || !used.allocate != !used.release)
             return HPR_ERR_ARG;
-        void *(*allocate)(void *, size_t, size_t) = defaults.allocate;
-        void (*release)(void *, void *) = defaults.release;
-        defaults = *options;
-        if (!defaults.allocate || !defaults.release) {
-            defaults.allocate = allocate;
-            defaults.release = release;
+        if (!used.allocate) {
+            used.allocate = defaults.allocate;
+            used.release = defaults.release;
         }
     }
     hpr_isa isa;
-    if (choose_isa(defaults.isa, &isa) != HPR_OK)
+    if (choose_isa(used.isa, &isa) != HPR_OK)
         return HPR_ERR_ARG;
-    hpr_context *ctx = defaults.allocate(defaults.user, 1, sizeof *ctx);
+    hpr_context *ctx = used.allocate(used.user, 1, sizeof *ctx);
     if (!ctx)
         return HPR_ERR_MEMORY;
-    ctx->options = defaults;
-    ctx->threads = choose_threads(defaults.threads);
+    ctx->options = used;
+    ctx->threads = choose_threads(used.threads);
     ctx->isa = isa;
     ctx->stage = HPR_MAX_STAGES;
     pthread_mutex_init(&ctx->lock, NULL);

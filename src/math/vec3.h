@@ -1,38 +1,91 @@
-/* Vectors of three doubles, inline. Results may not overlap their arguments unless a function says so. */
+/* Three-vectors in double. */
 #ifndef HPR_MATH_VEC3_H
 #define HPR_MATH_VEC3_H
 
 #include <math.h>
 
-static inline double hpr_dot(const double a[3], const double b[3])
+typedef struct hpr_vec3 {
+    double x, y, z;
+} hpr_vec3;
+
+static inline hpr_vec3 hpr_vec3_load(const double *p)
+{
+    return (hpr_vec3){p[0], p[1], p[2]};
+}
+
+static inline void hpr_vec3_store(double *p, hpr_vec3 a)
+{
+    p[0] = a.x;
+    p[1] = a.y;
+    p[2] = a.z;
+}
+
+static inline hpr_vec3 hpr_add(hpr_vec3 a, hpr_vec3 b)
+{
+    return (hpr_vec3){a.x + b.x, a.y + b.y, a.z + b.z};
+}
+
+static inline hpr_vec3 hpr_sub(hpr_vec3 a, hpr_vec3 b)
+{
+    return (hpr_vec3){a.x - b.x, a.y - b.y, a.z - b.z};
+}
+
+static inline hpr_vec3 hpr_scale(hpr_vec3 a, double f)
+{
+    return (hpr_vec3){a.x * f, a.y * f, a.z * f};
+}
+
+/* a + f b */
+static inline hpr_vec3 hpr_madd(hpr_vec3 a, double f, hpr_vec3 b)
+{
+    return (hpr_vec3){a.x + f * b.x, a.y + f * b.y, a.z + f * b.z};
+}
+
+static inline double hpr_dot(hpr_vec3 a, hpr_vec3 b)
+{
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+static inline hpr_vec3 hpr_cross(hpr_vec3 a, hpr_vec3 b)
+{
+    return (hpr_vec3){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+static inline double hpr_length(hpr_vec3 a)
+{
+    return sqrt(hpr_dot(a, a));
+}
+
+/* The same on arrays of three. A result may be one of its arguments, except for the cross product's. */
+
+static inline double hpr_dot3(const double a[3], const double b[3])
 {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-static inline void hpr_cross(const double a[3], const double b[3], double result[3])
+static inline void hpr_cross3(const double a[3], const double b[3], double result[3])
 {
     result[0] = a[1] * b[2] - a[2] * b[1];
     result[1] = a[2] * b[0] - a[0] * b[2];
     result[2] = a[0] * b[1] - a[1] * b[0];
 }
 
-/* a - b; result may be a or b. */
-static inline void hpr_subtract(const double a[3], const double b[3], double result[3])
+static inline void hpr_subtract3(const double a[3], const double b[3], double result[3])
 {
     for (int k = 0; k < 3; k++)
         result[k] = a[k] - b[k];
 }
 
-/* a + factor * b; result may be a or b. */
-static inline void hpr_add_scaled(const double a[3], double factor, const double b[3], double result[3])
+/* a + factor b */
+static inline void hpr_add_scaled3(const double a[3], double factor, const double b[3], double result[3])
 {
     for (int k = 0; k < 3; k++)
         result[k] = a[k] + factor * b[k];
 }
 
-static inline double hpr_length(const double a[3])
+static inline double hpr_length3(const double a[3])
 {
-    return sqrt(hpr_dot(a, a));
+    return sqrt(hpr_dot3(a, a));
 }
 
 #endif

@@ -88,19 +88,17 @@ double hpr_patches_radius(const hpr_patches *patches, double centre[3])
         centre[k] = patches->count ? 0.5 * low[k] + 0.5 * high[k] : 0;
         half[k] = patches->count ? 0.5 * high[k] - 0.5 * low[k] : 0;
     }
-    return hpr_length(half);
+    return hpr_length(hpr_vec3_load(half));
 }
 
 void hpr_patch_parameters(const hpr_patches *patches, size_t patch, const double point[3], double *s,
                           double *t)
 {
-    const double *edge1 = patches->edge1 + 3 * patch, *edge2 = patches->edge2 + 3 * patch;
-    double offset[3], across[3], product[3];
-    hpr_subtract(point, patches->origin + 3 * patch, offset);
-    hpr_cross(edge1, edge2, across);
+    hpr_vec3 edge1 = hpr_vec3_load(patches->edge1 + 3 * patch);
+    hpr_vec3 edge2 = hpr_vec3_load(patches->edge2 + 3 * patch);
+    hpr_vec3 offset = hpr_sub(hpr_vec3_load(point), hpr_vec3_load(patches->origin + 3 * patch));
+    hpr_vec3 across = hpr_cross(edge1, edge2);
     double square = hpr_dot(across, across);
-    hpr_cross(offset, edge2, product);
-    *s = hpr_dot(product, across) / square;
-    hpr_cross(edge1, offset, product);
-    *t = hpr_dot(product, across) / square;
+    *s = hpr_dot(hpr_cross(offset, edge2), across) / square;
+    *t = hpr_dot(hpr_cross(edge1, offset), across) / square;
 }

@@ -22,6 +22,7 @@ typedef struct hpr_patches {
     double *reflectance;                     /* [count][channels] area mean of rho */
     double *exitance;                        /* [count][channels] M = pi Le, W/m2 */
     size_t degenerate_count;                 /* faces dropped because they have no area */
+    double weld_m;          /* vertices within this distance were made one; touching is judged by it */
     size_t duplicate_count; /* patches dropped because an equal, same-facing one came before */
 } hpr_patches;
 

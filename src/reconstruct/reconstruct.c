@@ -1,15 +1,23 @@
 #include "reconstruct/reconstruct.h"
 
-#include <math.h>
+#include "basis/basis.h"
 
-/* A stand-in: the constant function only. */
 void hpr_reconstruct_point(const hpr_solution *solution, size_t patch, double s, double t, double *irradiance)
 {
     const hpr_elements *elements = solution->elements;
-    double leaf_s, leaf_t;
     size_t n = solution->channel_count;
+    hpr_shape shape = (hpr_shape)solution->patches->shape[patch];
+    double leaf_s, leaf_t, basis[HPR_MAX_BASIS];
     size_t leaf = hpr_elements_locate(solution->patches, elements, patch, s, t, &leaf_s, &leaf_t);
-    double area_m2 = elements->area_m2[elements->leaf[leaf]];
+    uint32_t node = elements->leaf[leaf];
+    size_t count = hpr_basis_count(shape, elements->degree[node]);
+    double scale = hpr_basis_scale(shape, elements->area_m2[node]);
+    hpr_basis_eval(shape, elements->degree[node], leaf_s, leaf_t, basis);
     for (size_t c = 0; c < n; c++)
-        irradiance[c] = solution->irradiance[elements->dof[leaf] * n + c] / sqrt(area_m2);
+        irradiance[c] = 0;
+    for (size_t k = 0; k < count; k++) {
+        const double *coefficient = solution->irradiance + n * (elements->dof[leaf] + k);
+        for (size_t c = 0; c < n; c++)
+            irradiance[c] += scale * basis[k] * coefficient[c];
+    }
 }

@@ -252,18 +252,19 @@ hpr_status hpr_scene_add_camera(hpr_scene *scene, const hpr_camera *camera)
 {
     hpr_context *ctx = scene->context;
     size_t i = scene->camera_count;
-    bool finite = isfinite(camera->aspect) && isfinite(camera->znear) && !isnan(camera->zfar);
+    bool finite = isfinite(camera->aspect);
     for (int a = 0; a < 3; a++)
         finite = finite && isfinite(camera->origin[a]) && isfinite(camera->right[a]) &&
                  isfinite(camera->up[a]) && isfinite(camera->backward[a]);
+    bool depth = camera->znear >= 0 && camera->znear < camera->zfar; /* false for NaN */
     bool view =
         camera->kind == HPR_CAMERA_PERSPECTIVE
             ? camera->yfov_rad > 0 && camera->yfov_rad < 3.14159265358979323846 && camera->aspect >= 0
             : camera->xmag > 0 && camera->ymag > 0 && isfinite(camera->xmag) && isfinite(camera->ymag);
-    if (!finite || !view)
+    if (!finite || !depth || !view)
         return hpr_fail(ctx, HPR_ERR_FORMAT,
-                        "%s: camera %zu '%s' sees nothing (check yfov, aspectRatio, xmag, ymag "
-                        "and its node's matrix)",
+                        "%s: camera %zu '%s' sees nothing (check yfov, aspectRatio, xmag, ymag, "
+                        "znear, zfar and its node's matrix)",
                         scene->path, i, camera->name ? camera->name : "");
     hpr_status status = hpr_grow(ctx, &scene->camera, &scene->camera_capacity, i + 1, sizeof *scene->camera);
     if (status != HPR_OK)
@@ -286,7 +287,7 @@ static bool limit_channels(double *rho, size_t channel_count, double limit)
     if (largest <= limit)
         return false;
     for (size_t c = 0; c < channel_count; c++)
-        rho[c] *= limit / largest;
+        rho[c] = fmin(rho[c] * (limit / largest), limit); /* the product may round up */
     return true;
 }
 

@@ -29,11 +29,13 @@ void hpr_visibility_destroy(hpr_visibility **visibility);
 
 /*
  * Conservative verdict for two facets. A patch can come between only if its plane has points of the two
- * facets strictly on both sides, it reaches strictly in front of both facets' planes, and it meets the
- * interior of the box around both. `candidates` [candidate_count]: patches to consider, NULL: all. The
- * blockers found go to `blockers` (room for candidate_count, or for all patches; NULL: not wanted) in rising
- * order and *blocker_count. Of twins only the front is listed. Never says HPR_SEES_WHOLLY when something
- * blocks, nor HPR_SEES_NOTHING when something is seen. Thread-safe.
+ * facets strictly on both sides, it reaches strictly in front of both facets' planes, it meets the interior
+ * of the box around both, and no plane of their convex hull has it outside. "Strictly" is by more than the
+ * slack: 1e-12 of the scene's size plus 8 eps of its largest coordinate (faces.h).
+ * `candidates` [candidate_count]: patches to consider (rising, as a classify of larger facets lists them),
+ * NULL: all. The blockers found go to `blockers` (room for candidate_count, or for all patches; NULL: not
+ * wanted) in rising order and *blocker_count. Of twins only the front is listed. Never says HPR_SEES_WHOLLY
+ * when something blocks, nor HPR_SEES_NOTHING when something is seen. Thread-safe.
  */
 hpr_verdict hpr_visibility_classify(const hpr_visibility *visibility, const hpr_facet *a, const hpr_facet *b,
                                     const uint32_t *candidates, size_t candidate_count, uint32_t *blockers,

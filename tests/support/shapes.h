@@ -75,8 +75,8 @@ static inline void shapes_set(hpr_patches *patches, size_t i, hpr_shape shape, c
                               const double edge1[3], const double edge2[3])
 {
     double across[3];
-    hpr_cross(edge1, edge2, across);
-    double length = hpr_length(across);
+    hpr_cross3(edge1, edge2, across);
+    double length = hpr_length3(across);
     for (int k = 0; k < 3; k++) {
         patches->origin[3 * i + k] = origin[k];
         patches->edge1[3 * i + k] = edge1[k];
@@ -106,7 +106,7 @@ static inline void shapes_box(hpr_patches *patches, size_t first, const double o
     for (size_t k = 0; k < 3; k++) {
         const double *e1 = edge[(k + 1) % 3], *e2 = edge[(k + 2) % 3];
         double far[3];
-        hpr_add_scaled(origin, 1, edge[k], far);
+        hpr_add_scaled3(origin, 1, edge[k], far);
         /* e1 x e2 points along edge[k]: inward on the near side, outward on the far side */
         shapes_set(patches, first + 2 * k, HPR_SHAPE_PARALLELOGRAM, origin, inside ? e1 : e2,
                    inside ? e2 : e1);

@@ -32,7 +32,7 @@ static void corners_and_parameters(void **state)
         for (size_t c = 0; c < count; c++) {
             const double *want = i && c == 2 ? st[3] : st[c];
             double s, t;
-            hpr_add_scaled(corner[c], 0.37, patches->normal + 3 * i, corner[c]); /* projected away again */
+            hpr_add_scaled3(corner[c], 0.37, patches->normal + 3 * i, corner[c]); /* projected away again */
             hpr_patch_parameters(patches, i, corner[c], &s, &t);
             /* eps times the condition of the frame (~3) times the offset; worst seen 4e-16 */
             assert_true(fabs(s - want[0]) < 4e-15 && fabs(t - want[1]) < 4e-15);
@@ -70,8 +70,8 @@ static void leaves_share_out_the_patch(void **state)
             for (size_t l = elements->patch_leaf[i]; l < elements->patch_leaf[i + 1]; l++) {
                 uint32_t node = elements->leaf[l];
                 double across[3];
-                hpr_cross(elements->edge1 + 3 * node, elements->edge2 + 3 * node, across);
-                double own = hpr_dot(across, patches->normal + 3 * i) / (i ? 2 : 1); /* > 0: same front */
+                hpr_cross3(elements->edge1 + 3 * node, elements->edge2 + 3 * node, across);
+                double own = hpr_dot3(across, patches->normal + 3 * i) / (i ? 2 : 1); /* > 0: same front */
                 worst = fmax(worst, fabs(own / elements->area_m2[node] - 1));
                 area += elements->area_m2[node];
                 assert_int_equal(elements->patch[node], i);
@@ -100,14 +100,14 @@ static void triangles_keep_their_shape(void **state)
     double corner[4][3], side[3], longest_patch = 0, longest = 0;
     hpr_patch_corners(patches, 1, corner);
     for (int c = 0; c < 3; c++) {
-        hpr_subtract(corner[c], corner[(c + 1) % 3], side);
-        longest_patch = fmax(longest_patch, hpr_length(side));
+        hpr_subtract3(corner[c], corner[(c + 1) % 3], side);
+        longest_patch = fmax(longest_patch, hpr_length3(side));
     }
     for (size_t l = elements->patch_leaf[1]; l < elements->patch_leaf[2]; l++) {
         const double *edge1 = elements->edge1 + 3 * elements->leaf[l];
         const double *edge2 = elements->edge2 + 3 * elements->leaf[l];
-        hpr_subtract(edge2, edge1, side);
-        longest = fmax(longest, fmax(hpr_length(side), fmax(hpr_length(edge1), hpr_length(edge2))));
+        hpr_subtract3(edge2, edge1, side);
+        longest = fmax(longest, fmax(hpr_length3(side), fmax(hpr_length3(edge1), hpr_length3(edge2))));
     }
     /* The four similarity classes of newest vertex bisection; a median is no longer than the longest side. */
     if (longest > longest_patch / 8 * (1 + 1e-14))
@@ -148,10 +148,10 @@ static void locate_keeps_the_point(void **state)
         point_at(patches->origin + 3 * i, patches->edge1 + 3 * i, patches->edge2 + 3 * i, s, t, x);
         point_at(elements->origin + 3 * node, elements->edge1 + 3 * node, elements->edge2 + 3 * node, u, v,
                  y);
-        double scale = hpr_length(patches->origin + 3 * i) + hpr_length(patches->edge1 + 3 * i) +
-                       hpr_length(patches->edge2 + 3 * i);
-        hpr_subtract(x, y, y);
-        worst = fmax(worst, hpr_length(y) / scale);
+        double scale = hpr_length3(patches->origin + 3 * i) + hpr_length3(patches->edge1 + 3 * i) +
+                       hpr_length3(patches->edge2 + 3 * i);
+        hpr_subtract3(x, y, y);
+        worst = fmax(worst, hpr_length3(y) / scale);
     }
     /* A handful of roundings of eps/2; worst seen 2.0e-16. */
     if (worst > 1e-15)

@@ -1,0 +1,144 @@
+#ifndef HPRAD_JOB_H
+#define HPRAD_JOB_H
+
+#include <hprad/render.h>
+#include <hprad/solve.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/*
+ * What the verbs of the command do, from files to files. Every job
+ *   - finds out before its long work whether its outputs can be written, and refuses what cannot: a folder
+ *     that is missing or not writable, a name that is a folder, an output that is the job's own input, two
+ *     outputs of one name;
+ *   - writes each file under a temporary name and renames it, so that a failure or an interruption leaves
+ *     nothing half-written under the final name; files finished before that stay;
+ *   - says through `result` in which step it ended, because an I/O error while reading is the input's fault
+ *     and one while writing is not.
+ * Errors common to all jobs: HPR_ERR_ARG (an option, or an output refused as input or as duplicate),
+ * HPR_ERR_IO (input not readable: step READ; output not writable: step CHECK or WRITE), HPR_ERR_FORMAT,
+ * HPR_ERR_UNSUPPORTED, HPR_ERR_MEMORY, HPR_ERR_NUMERIC, HPR_ERR_DEVICE, HPR_ERR_INTERRUPTED.
+ * A job is one call on its context: no concurrent calls on the same context. All texts in options are
+ * borrowed until the job returns. `result` may be NULL.
+ */
+
+/** What a job does one after the other; CHECK comes again when the names of the cameras are known. */
+typedef enum hpr_job_step {
+    HPR_JOB_CHECK, /**< options and outputs */
+    HPR_JOB_READ,
+    HPR_JOB_SOLVE,
+    HPR_JOB_RENDER,
+    HPR_JOB_WRITE
+} hpr_job_step;
+
+typedef enum hpr_job_kind {
+    HPR_JOB_FILE_SOLUTION,
+    HPR_JOB_FILE_REPORT,
+    HPR_JOB_FILE_EXR,
+    HPR_JOB_FILE_PNG,
+    HPR_JOB_FILE_TABLE
+} hpr_job_kind;
+
+/** A file that a job has just finished. Valid during the call that hands it over. */
+typedef struct hpr_job_file {
+    hpr_job_kind kind;
+    const char *path;
+    const char *camera; /**< of a picture: the camera as `{camera}` names it; else NULL */
+    int width, height;  /**< of a picture, pixels; else 0 */
+    double exposure;    /**< of a preview: the factor on radiance; else 0 */
+} hpr_job_file;
+
+/** Called after each file, by the thread that runs the job; NULL: not wanted. */
+typedef struct hpr_job_events {
+    void (*wrote)(void *user, const hpr_job_file *file);
+    void *user;
+} hpr_job_events;
+
+typedef struct hpr_job_result {
+    hpr_job_step step;         /**< the last step begun: where the job failed, if it failed */
+    hpr_solve_summary summary; /**< of the solution; zero if there was none */
+    double seconds;            /**< wall clock of the whole job */
+    double solve_seconds;      /**< wall clock of the solve alone, 0 if nothing was solved */
+    size_t picture_count;      /**< EXR files written */
+    size_t point_count;        /**< points probed */
+    size_t matched_count;      /**< points that lie on a patch */
+} hpr_job_result;
+
+/** Scene file -> solution .glb, and its report if asked. */
+typedef struct hpr_job_solve_options {
+    const char *solution_path; /**< NULL: base name of the scene + ".glb", in the working folder */
+    const char *report_path;   /**< NULL: none */
+    hpr_read_options read;
+    hpr_solve_options solve;
+    hpr_job_events events;
+} hpr_job_solve_options;
+
+HPR_API void hpr_job_solve_options_init(hpr_job_solve_options *options);
+
+/** `options` may be NULL. Errors: as above; HPR_ERR_FORMAT also if the file is itself a solution. */
+HPR_API hpr_status hpr_job_solve(hpr_context *context, const char *scene_path,
+                                 const hpr_job_solve_options *options, hpr_job_result *result);
+
+/**
+ * Which pictures, and under which names. In `pattern` these are replaced:
+ *   {camera}     the camera's name, "/" as "_", "camera0" if it has none; a name that came before gets _1, _2
+ *   {frame}      the number of the picture from 0;  {frame:04} the same, padded with zeros to 4 digits
+ * Anything else between braces is refused. The names of the cameras are made before one is chosen, so a
+ * camera has the same name alone as among all.
+ */
+typedef struct hpr_job_render_options {
+    const char *pattern; /**< NULL: base name of the input + ".exr" in the working folder, with "_{camera}"
+                              before the extension if there are several pictures */
+    const char *camera; /**< NULL or "all"; else a name as {camera} has it or as the file has it, or an index;
+                             unknown: HPR_ERR_ARG, and the message lists the names */
+    int preview;        /**< 1: an 8-bit .png beside each EXR, with the same base name */
+    double exposure;    /**< of previews, factor on radiance; 0: each chooses its own */
+    hpr_render_options render;
+    hpr_job_events events;
+} hpr_job_render_options;
+
+HPR_API void hpr_job_render_options_init(hpr_job_render_options *options);
+
+/**
+ * Solution .glb -> one EXR per camera. A scene file is solved first, with default options. `options` may be
+ * NULL. Errors: as above; HPR_ERR_ARG also if there are several pictures and the pattern gives them one name.
+ */
+HPR_API hpr_status hpr_job_render(hpr_context *context, const char *input_path,
+                                  const hpr_job_render_options *options, hpr_job_result *result);
+
+/** Scene file -> pictures in one go, and the report if asked. */
+typedef struct hpr_job_picture_options {
+    const char *report_path; /**< NULL: none; it includes the rendering */
+    hpr_read_options read;
+    hpr_solve_options solve;
+    hpr_job_render_options pictures;
+} hpr_job_picture_options;
+
+HPR_API void hpr_job_picture_options_init(hpr_job_picture_options *options);
+
+/**
+ * As hpr_job_render, but a pattern that gives several pictures one name gets "_{camera}" before its
+ * extension. `options` may be NULL. Errors: as above; HPR_ERR_FORMAT also if the file is itself a solution.
+ */
+HPR_API hpr_status hpr_job_picture(hpr_context *context, const char *scene_path,
+                                   const hpr_job_picture_options *options, hpr_job_result *result);
+
+/** Solution .glb and a table of points -> a table of irradiance and radiosity. */
+typedef struct hpr_job_probe_options {
+    const char *output_path; /**< NULL or "-": standard output */
+    hpr_job_events events;
+} hpr_job_probe_options;
+
+HPR_API void hpr_job_probe_options_init(hpr_job_probe_options *options);
+
+/** `options` may be NULL. Points that match no patch are no error; they are counted in the result. */
+HPR_API hpr_status hpr_job_probe(hpr_context *context, const char *solution_path, const char *points_path,
+                                 const hpr_job_probe_options *options, hpr_job_result *result);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,68 @@
+/* Scene file -> solution file. */
+#include "app/job.h"
+#include "app/names.h"
+
+void hpr_job_solve_options_init(hpr_job_solve_options *options)
+{
+    *options = (hpr_job_solve_options){0};
+    hpr_read_options_init(&options->read);
+    hpr_solve_options_init(&options->solve);
+}
+
+static hpr_status claim_outputs(hpr_job *job, const char *scene_path, const char *solution_path,
+                                const char *report_path)
+{
+    hpr_outputs_input(&job->outputs, scene_path);
+    hpr_status status = hpr_outputs_claim(&job->outputs, solution_path);
+    if (status == HPR_OK && report_path)
+        status = hpr_outputs_claim(&job->outputs, report_path);
+    return status;
+}
+
+static hpr_status write_solution(hpr_job *job, const hpr_solution *solution, const char *path)
+{
+    hpr_status status = hpr_job_enter(job, HPR_JOB_WRITE);
+    if (status != HPR_OK)
+        return status;
+    hpr_stage_begin(job->context, "write");
+    status = hpr_solution_write(job->context, solution, path);
+    hpr_stage_end(job->context);
+    if (status == HPR_OK)
+        hpr_job_wrote(job, &(hpr_job_file){.kind = HPR_JOB_FILE_SOLUTION, .path = path});
+    return status;
+}
+
+hpr_status hpr_job_solve(hpr_context *ctx, const char *scene_path, const hpr_job_solve_options *options,
+                         hpr_job_result *result)
+{
+    hpr_job_solve_options defaults;
+    hpr_job_solve_options_init(&defaults);
+    if (!options)
+        options = &defaults;
+    hpr_job job;
+    hpr_job_begin(&job, ctx, &options->events, result);
+    hpr_scene *scene = NULL;
+    hpr_solution *solution = NULL;
+    hpr_status status = HPR_OK;
+    const char *path = options->solution_path;
+    char *own_path = NULL;
+    if (!path) {
+        path = own_path = hpr_name_default(ctx, scene_path, ".glb");
+        if (!own_path)
+            status = hpr_fail(ctx, HPR_ERR_MEMORY, "out of memory for a file name");
+    }
+    if (status == HPR_OK)
+        status = claim_outputs(&job, scene_path, path, options->report_path);
+    if (status == HPR_OK)
+        status = hpr_job_read_scene(&job, scene_path, &options->read, &scene);
+    if (status == HPR_OK)
+        status = hpr_job_run_solve(&job, scene, &options->solve, &solution);
+    if (status == HPR_OK)
+        status = write_solution(&job, solution, path);
+    if (status == HPR_OK)
+        status = hpr_job_write_report(&job, solution, scene_path, options->report_path);
+    hpr_solution_destroy(&solution);
+    hpr_scene_destroy(&scene);
+    hpr_release(ctx, own_path);
+    return hpr_job_end(&job, status);
+}

@@ -1,0 +1,213 @@
+/* Groups of options that several verbs have, and the strict reading of their values. */
+#include "cli/cli.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <limits.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* As the renderer has them; refused here before the solve and not after it. */
+enum { MAX_PIXELS_PER_SIDE = 32768, MAX_SAMPLES = 4096 };
+
+const struct poptOption cli_solve_options[] = {
+    {"order", 0, POPT_ARG_STRING, NULL, CLI_OPTION_ORDER, "polynomial degree of every element, 0 to 16", "P"},
+    {"subdivide", 0, POPT_ARG_STRING, NULL, CLI_OPTION_SUBDIVIDE,
+     "N halvings per axis, 4^N elements per patch, 0 to 10", "N"},
+    {"tol", 0, POPT_ARG_STRING, NULL, CLI_OPTION_TOLERANCE,
+     "relative error of the irradiance (not in this version: refused)", "E"},
+    {"block-tol", 0, POPT_ARG_STRING, NULL, CLI_OPTION_BLOCK_TOLERANCE,
+     "relative tolerance of each transport block (default 1e-12 where nothing blocks, else 1e-6)", "T"},
+    {"max-sweeps", 0, POPT_ARG_STRING, NULL, CLI_OPTION_MAX_SWEEPS, "iteration limit of the solver", "N"},
+    {"max-reflectance", 0, POPT_ARG_STRING, NULL, CLI_OPTION_MAX_REFLECTANCE,
+     "scale reflectances above R down to R", "R"},
+    {"metallic", 0, POPT_ARG_STRING, NULL, CLI_OPTION_METALLIC,
+     "how the metallic part of a material reflects (default diffuse)", "black|diffuse"},
+    {"scene-index", 0, POPT_ARG_STRING, NULL, CLI_OPTION_SCENE_INDEX,
+     "which scene of the file, from 0 (default: the file's choice)", "N"},
+    {"report", 0, POPT_ARG_STRING, NULL, CLI_OPTION_REPORT, "write what was done and what it cost as JSON",
+     "R.json"},
+    POPT_TABLEEND};
+
+const struct poptOption cli_render_options[] = {
+    {"camera", 0, POPT_ARG_STRING, NULL, CLI_OPTION_CAMERA,
+     "one camera, by name or index, or all of them (default all)", "NAME|all"},
+    {"size", 0, POPT_ARG_STRING, NULL, CLI_OPTION_SIZE, "pixels (default: 512 high, width from the camera)",
+     "WxH"},
+    {"samples", 0, POPT_ARG_STRING, NULL, CLI_OPTION_SAMPLES, "rays per pixel (default 4)", "N"},
+    {"png", 0, POPT_ARG_NONE, NULL, CLI_OPTION_PREVIEW, "write an 8-bit preview beside each EXR", NULL},
+    {"exposure", 0, POPT_ARG_STRING, NULL, CLI_OPTION_EXPOSURE,
+     "factor on the radiance in previews (default: chosen for each, and stated)", "X"},
+    POPT_TABLEEND};
+
+const struct poptOption cli_common_options[] = {
+    {"threads", 0, POPT_ARG_STRING, NULL, CLI_OPTION_THREADS,
+     "worker threads (default OMP_NUM_THREADS, else the processors at hand); results do not depend on it",
+     "N"},
+    {"isa", 0, POPT_ARG_STRING, NULL, CLI_OPTION_ISA,
+     "instruction set: auto, sse2, avx2 or avx512 (default auto)", "NAME"},
+    {"quiet", 0, POPT_ARG_NONE, NULL, CLI_OPTION_QUIET, "no progress and no summary", NULL},
+    {"verbose", 0, POPT_ARG_NONE, NULL, CLI_OPTION_VERBOSE, "say more on stderr", NULL},
+    {"version", 0, POPT_ARG_NONE, NULL, CLI_OPTION_VERSION,
+     "print version, commit, Embree version and instruction set", NULL},
+    {"help", 0, POPT_ARG_NONE, NULL, CLI_OPTION_HELP, "print this", NULL},
+    POPT_TABLEEND};
+
+bool cli_integer(const char *option, const char *text, int low, int high, int *value)
+{
+    char *end;
+    errno = 0;
+    long number = strtol(text, &end, 10);
+    bool begins = isdigit((unsigned char)text[0]) || text[0] == '-';
+    if (!begins || *end || errno || number < low || number > high) {
+        if (high == INT_MAX)
+            cli_complain("%s '%s': expected a whole number from %d", option, text, low);
+        else
+            cli_complain("%s '%s': expected a whole number from %d to %d", option, text, low, high);
+        return false;
+    }
+    *value = (int)number;
+    return true;
+}
+
+bool cli_positive(const char *option, const char *text, double high, bool below, double *value)
+{
+    char *end;
+    double number = strtod(text, &end);
+    /* strtod also knows spaces, hexadecimals, inf and nan. */
+    bool plain = text[0] && !text[strspn(text, "0123456789.+-eE")];
+    if (!plain || *end || !isfinite(number) || number <= 0 || number > high || (below && number == high)) {
+        if (isfinite(high))
+            cli_complain("%s '%s': expected a number above 0 and %s %g", option, text,
+                         below ? "below" : "up to", high);
+        else
+            cli_complain("%s '%s': expected a number above 0", option, text);
+        return false;
+    }
+    *value = number;
+    return true;
+}
+
+bool cli_size(const char *option, const char *text, int *width, int *height)
+{
+    int end = 0;
+    bool plain = text[0] && !text[strspn(text, "0123456789x")];
+    if (!plain || strlen(text) > 11 || sscanf(text, "%dx%d%n", width, height, &end) != 2 || text[end] ||
+        *width < 1 || *width > MAX_PIXELS_PER_SIDE || *height < 1 || *height > MAX_PIXELS_PER_SIDE) {
+        cli_complain("%s '%s': expected WIDTHxHEIGHT, each from 1 to %d, such as 640x480", option, text,
+                     MAX_PIXELS_PER_SIDE);
+        return false;
+    }
+    return true;
+}
+
+static bool take_metallic(const char *text, int *black)
+{
+    *black = !strcmp(text, "black");
+    if (*black || !strcmp(text, "diffuse"))
+        return true;
+    cli_complain("--metallic '%s': expected black or diffuse", text);
+    return false;
+}
+
+static bool take_path(const char *option, const char *text, const char **path)
+{
+    *path = text;
+    if (text[0])
+        return true;
+    cli_complain("%s '': expected a file name", option);
+    return false;
+}
+
+int cli_take_solve_option(cli_solve_settings *settings, int id, const char *value)
+{
+    hpr_solve_options *solve = &settings->solve;
+    hpr_read_options *read = &settings->read;
+    double tolerance;
+    switch (id) {
+    case CLI_OPTION_ORDER:
+        return cli_integer("--order", value, 0, HPR_MAX_ORDER, &solve->order);
+    case CLI_OPTION_SUBDIVIDE:
+        return cli_integer("--subdivide", value, 0, HPR_MAX_SUBDIVIDE, &solve->subdivide);
+    case CLI_OPTION_BLOCK_TOLERANCE:
+        return cli_positive("--block-tol", value, 1, true, &solve->block_tolerance);
+    case CLI_OPTION_MAX_SWEEPS:
+        return cli_integer("--max-sweeps", value, 1, INT_MAX, &solve->max_sweeps);
+    case CLI_OPTION_MAX_REFLECTANCE:
+        return cli_positive("--max-reflectance", value, 1, false, &read->max_reflectance);
+    case CLI_OPTION_METALLIC:
+        return take_metallic(value, &read->metallic_black);
+    case CLI_OPTION_SCENE_INDEX:
+        return cli_integer("--scene-index", value, 0, INT_MAX, &read->scene_index);
+    case CLI_OPTION_REPORT:
+        return take_path("--report", value, &settings->report_path);
+    case CLI_OPTION_TOLERANCE:
+        if (cli_positive("--tol", value, INFINITY, false, &tolerance))
+            cli_complain("--tol '%s': this version cannot adapt to a tolerance yet; choose --order and "
+                         "--subdivide instead",
+                         value);
+        return false;
+    default:
+        return -1;
+    }
+}
+
+int cli_take_render_option(hpr_job_render_options *settings, int id, const char *value)
+{
+    hpr_render_options *render = &settings->render;
+    switch (id) {
+    case CLI_OPTION_CAMERA:
+        settings->camera = value;
+        return true;
+    case CLI_OPTION_SIZE:
+        return cli_size("--size", value, &render->width, &render->height);
+    case CLI_OPTION_SAMPLES:
+        return cli_integer("--samples", value, 1, MAX_SAMPLES, &render->samples);
+    case CLI_OPTION_PREVIEW:
+        settings->preview = 1;
+        return true;
+    case CLI_OPTION_EXPOSURE:
+        return cli_positive("--exposure", value, INFINITY, false, &settings->exposure);
+    default:
+        return -1;
+    }
+}
+
+bool cli_check_render_options(const hpr_job_render_options *settings)
+{
+    if (settings->exposure > 0 && !settings->preview) {
+        cli_complain("--exposure '%g' is for previews only: add --png", settings->exposure);
+        return false;
+    }
+    return true;
+}
+
+static bool take_isa(cli_run *run, const char *text)
+{
+    static const char *const names[] = {"auto", "sse2", "avx2", "avx512"};
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+        if (!strcmp(text, names[i])) {
+            run->isa = names[i];
+            return true;
+        }
+    }
+    cli_complain("--isa '%s': expected auto, sse2, avx2 or avx512", text);
+    return false;
+}
+
+int cli_take_common_option(cli_run *run, int id, const char *value)
+{
+    switch (id) {
+    case CLI_OPTION_THREADS:
+        return cli_integer("--threads", value, 1, CLI_MAX_THREADS, &run->threads);
+    case CLI_OPTION_ISA:
+        return take_isa(run, value);
+    case CLI_OPTION_QUIET:
+        return run->quiet = true;
+    case CLI_OPTION_VERBOSE:
+        return run->verbose = true;
+    default:
+        return -1;
+    }
+}

@@ -1,0 +1,79 @@
+/* hprad solve */
+#include "cli/cli.h"
+
+#include <stdio.h>
+
+enum { OPTION_OUTPUT = CLI_OPTION_OWN };
+
+typedef struct settings {
+    cli_solve_settings solve;
+    const char *output;
+} settings;
+
+static const struct poptOption options[] = {
+    {"output", 'o', POPT_ARG_STRING, NULL, OPTION_OUTPUT,
+     "the solution (default: the scene's base name with .glb, in the working folder)", "SOL.glb"},
+    {NULL, 0, POPT_ARG_INCLUDE_TABLE, (void *)cli_solve_options, 0, "How to solve:", NULL},
+    {NULL, 0, POPT_ARG_INCLUDE_TABLE, (void *)cli_common_options, 0, "Common:", NULL},
+    POPT_TABLEEND};
+
+static bool take(void *user, int id, const char *value)
+{
+    settings *chosen = user;
+    if (id != OPTION_OUTPUT)
+        return cli_take_solve_option(&chosen->solve, id, value) > 0;
+    chosen->output = value;
+    return true;
+}
+
+static const cli_verb verb = {
+    .name = "hprad solve",
+    .operands = "SCENE.gltf|SCENE.glb [OPTIONS]",
+    .about = "Solves a scene once for all views. The solution is a .glb that any glTF viewer shows and that\n"
+             "'hprad render' and 'hprad probe' read.\n",
+    .examples =
+        "  hprad solve scenes/cornell_box.gltf -o box.glb --order 2 --subdivide 3 --report box.json\n",
+    .operand_count = 1,
+    .operand_names = "one scene",
+    .solves = true,
+    .options = options,
+    .take = take,
+};
+
+static void print_summary(const hpr_job_result *result)
+{
+    const hpr_solve_summary *summary = &result->summary;
+    printf("patches   %zu\n", summary->patch_count);
+    printf("elements  %zu\n", summary->element_count);
+    printf("dofs      %zu\n", summary->dof_count);
+    printf("sweeps    %d\n", summary->sweeps);
+    printf("residual  %.3g\n", summary->residual);
+    printf("seconds   %.2f\n", result->seconds);
+}
+
+int cli_solve(int argc, const char **argv)
+{
+    settings chosen = {0};
+    hpr_read_options_init(&chosen.solve.read);
+    hpr_solve_options_init(&chosen.solve.solve);
+    cli_run run;
+    int code = cli_parse(&run, &verb, &chosen, argc, argv);
+    if (code == CLI_GO_ON)
+        code = cli_open(&run);
+    if (code == CLI_GO_ON) {
+        cli_mind_stdout(&run, chosen.output);
+        cli_mind_stdout(&run, chosen.solve.report_path);
+        hpr_job_solve_options job = {.solution_path = chosen.output,
+                                     .report_path = chosen.solve.report_path,
+                                     .read = chosen.solve.read,
+                                     .solve = chosen.solve.solve,
+                                     .events = cli_events(&run)};
+        hpr_job_result result;
+        hpr_status status = hpr_job_solve(run.context, run.operand[0], &job, &result);
+        code = cli_conclude(&run, status, result.step);
+        if (status == HPR_OK && !run.quiet)
+            print_summary(&result);
+    }
+    cli_finish(&run);
+    return code;
+}

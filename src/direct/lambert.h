@@ -1,0 +1,19 @@
+/*
+ * The fraction of a diffuse sender polygon's exitance that arrives at a point, in closed form: the irradiance
+ * at the point per unit radiosity of the polygon, F(x) = 1/(2 pi) sum_e angle_e (n . unit(a_e x b_e)), over
+ * the edges a_e -> b_e of the polygon as seen from x, cut at the receiver's horizon. Source: Lambert 1760;
+ * Baum, Rushmeier & Winget 1989, eq. 8.
+ */
+#ifndef HPR_DIRECT_LAMBERT_H
+#define HPR_DIRECT_LAMBERT_H
+
+#include <stddef.h>
+
+/*
+ * F >= 0 for a polygon seen from either side. corner: [count][3], count <= 8, planar and convex. normal has
+ * length 1. A point in the polygon's plane gets 0. Never allocates; thread-safe.
+ */
+double hpr_lambert_fraction(const double point[3], const double normal[3], const double (*corner)[3],
+                            size_t count);
+
+#endif

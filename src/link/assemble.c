@@ -1,0 +1,350 @@
+/* From patches and elements to links: who sees whom, how much memory that takes, and all the blocks. */
+#include "link/links.h"
+#include "quadrature/block.h"
+#include "visibility/visibility.h"
+
+#include <omp.h>
+#include <stdatomic.h>
+#include <string.h>
+#include <unistd.h>
+
+/* Above this many patches the blockers of a pair are not worked out (that is cubic); every pair that faces
+ * each other then counts as partly visible, with all patches as blockers. */
+enum { MAX_CLASSIFIED_PATCHES = 512 };
+
+typedef struct assembly {
+    const hpr_patches *patches;
+    const hpr_elements *elements;
+    hpr_context *context;
+    hpr_visibility *visibility;
+    hpr_quadrature *quadrature;
+    hpr_links *links;
+    bool classify;
+    uint8_t *verdict;      /* [patches][patches] hpr_verdict, upper triangle */
+    uint32_t *everyone;    /* [patch_count] 0, 1, 2 ... : the blockers where nothing is classified */
+    size_t *blocker_first; /* [link_count + 1] into blocker */
+    uint32_t *blocker;     /* candidates of the partly visible links */
+    size_t blocker_capacity;
+    size_t *task_first; /* [link_count + 1] first task of each link; a task is one receiver leaf */
+} assembly;
+
+static void patch_facet(const hpr_patches *patches, size_t patch, hpr_facet *facet)
+{
+    facet->corner_count = hpr_patch_corners(patches, patch, facet->corner);
+    memcpy(facet->normal, patches->normal + 3 * patch, sizeof facet->normal);
+}
+
+static hpr_element_frame leaf_frame(const assembly *a, size_t leaf)
+{
+    const hpr_elements *e = a->elements;
+    uint32_t node = e->leaf[leaf], patch = e->patch[node];
+    return (hpr_element_frame){.shape = (hpr_shape)a->patches->shape[patch],
+                               .degree = e->degree[node],
+                               .origin = hpr_vec3_load(e->origin + 3 * (size_t)node),
+                               .edge1 = hpr_vec3_load(e->edge1 + 3 * (size_t)node),
+                               .edge2 = hpr_vec3_load(e->edge2 + 3 * (size_t)node),
+                               .normal = hpr_vec3_load(a->patches->normal + 3 * (size_t)patch),
+                               .area_m2 = e->area_m2[node]};
+}
+
+static void frame_facet(const hpr_element_frame *frame, hpr_facet *facet)
+{
+    hpr_cell whole = hpr_cell_whole(frame->shape);
+    hpr_vec3 corner[4];
+    facet->corner_count = (size_t)hpr_cell_corners(frame, &whole, corner);
+    for (size_t i = 0; i < facet->corner_count; i++)
+        hpr_vec3_store(facet->corner[i], corner[i]);
+    hpr_vec3_store(facet->normal, frame->normal);
+}
+
+/* Verdicts of all pairs of patches; counts those that see something. */
+static hpr_status find_verdicts(assembly *a, size_t *link_count)
+{
+    size_t n = a->patches->count;
+    atomic_size_t seen = 0;
+    hpr_status status = hpr_allocate_into(a->context, &a->verdict, n * n, 1, "visibility between patches");
+    if (status != HPR_OK)
+        return status;
+#pragma omp parallel for schedule(dynamic, 4) num_threads(hpr_context_threads(a->context))
+    for (size_t i = 0; i < n; i++) {
+        hpr_facet fi, fj;
+        patch_facet(a->patches, i, &fi);
+        for (size_t j = i + 1; j < n && !hpr_cancelled(a->context); j++) {
+            patch_facet(a->patches, j, &fj);
+            size_t count = 0;
+            /* An empty list of candidates asks only whether they face each other. */
+            hpr_verdict verdict = hpr_visibility_classify(a->visibility, &fi, &fj,
+                                                          a->classify ? NULL : a->everyone, 0, NULL, &count);
+            if (!a->classify && verdict == HPR_SEES_WHOLLY && n > 2)
+                verdict = HPR_SEES_PARTLY;
+            a->verdict[i * n + j] = (uint8_t)verdict;
+            if (verdict != HPR_SEES_NOTHING)
+                atomic_fetch_add(&seen, 1);
+        }
+    }
+    *link_count = seen;
+    return hpr_cancelled(a->context) ? hpr_fail(a->context, HPR_ERR_INTERRUPTED, "interrupted") : HPR_OK;
+}
+
+static size_t patch_dofs(const assembly *a, size_t patch)
+{
+    const hpr_elements *e = a->elements;
+    return e->dof[e->patch_leaf[patch + 1]] - e->dof[e->patch_leaf[patch]];
+}
+
+static size_t patch_leaves(const assembly *a, size_t patch)
+{
+    return a->elements->patch_leaf[patch + 1] - a->elements->patch_leaf[patch];
+}
+
+static void place_links(assembly *a)
+{
+    hpr_links *links = a->links;
+    size_t n = a->patches->count;
+    for (uint32_t i = 0; i < n; i++) {
+        for (uint32_t j = i + 1; j < n; j++) {
+            if (a->verdict[i * n + j] == HPR_SEES_NOTHING)
+                continue;
+            links->occluded |= a->verdict[i * n + j] == HPR_SEES_PARTLY;
+            links->link[links->count] = (hpr_link){i, j, links->block_count};
+            links->block_count += patch_dofs(a, i) * patch_dofs(a, j);
+            a->task_first[links->count + 1] = a->task_first[links->count] + patch_leaves(a, i);
+            links->count++;
+            links->row[i + 1]++;
+            links->row[j + 1]++;
+        }
+    }
+    for (size_t i = 0; i < n; i++)
+        links->row[i + 1] += links->row[i];
+}
+
+/* row_link, each row rising by the other patch: first the links in which the patch is the sender. */
+static hpr_status index_rows(assembly *a)
+{
+    hpr_links *links = a->links;
+    size_t n = a->patches->count, *next = NULL;
+    hpr_status status =
+        hpr_allocate_into(a->context, &links->row_link, 2 * links->count, sizeof *links->row_link, "links");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(a->context, &next, n, sizeof *next, "links");
+    if (status == HPR_OK) {
+        memcpy(next, links->row, n * sizeof *next);
+        for (size_t l = 0; l < links->count; l++)
+            links->row_link[next[links->link[l].send]++] = (uint32_t)l;
+        for (size_t l = 0; l < links->count; l++)
+            links->row_link[next[links->link[l].recv]++] = (uint32_t)l;
+    }
+    hpr_release(a->context, next);
+    return status;
+}
+
+static hpr_status check_memory(assembly *a)
+{
+    double machine = (double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGE_SIZE);
+    double needed = (double)a->links->block_count * sizeof(double);
+    if (needed > 0.9 * machine)
+        return hpr_fail(
+            a->context, HPR_ERR_MEMORY,
+            "%zu coefficients need %.3g GB for kernel blocks, this machine has %.3g GB: lower --subdivide "
+            "or --order",
+            a->elements->dof[a->elements->leaf_count], 1e-9 * needed, 1e-9 * machine);
+    return HPR_OK;
+}
+
+static hpr_status make_links(assembly *a)
+{
+    size_t n = a->patches->count, link_count;
+    hpr_links *links = a->links;
+    hpr_status status = find_verdicts(a, &link_count);
+    if (status == HPR_OK)
+        status = hpr_allocate_into(a->context, &links->link, link_count, sizeof *links->link, "links");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(a->context, &links->row, n + 1, sizeof *links->row, "links");
+    if (status == HPR_OK)
+        status =
+            hpr_allocate_into(a->context, &a->task_first, link_count + 1, sizeof *a->task_first, "links");
+    if (status != HPR_OK)
+        return status;
+    place_links(a);
+    status = check_memory(a);
+    if (status == HPR_OK)
+        status = index_rows(a);
+    if (status == HPR_OK)
+        status =
+            hpr_allocate_into(a->context, &links->block, links->block_count, sizeof(double), "kernel blocks");
+    return status;
+}
+
+/* Blockers of each partly visible pair of patches; the leaves' blockers are among them. */
+static hpr_status list_blockers(assembly *a)
+{
+    size_t n = a->patches->count, total = 0;
+    hpr_links *links = a->links;
+    uint32_t *found = NULL;
+    hpr_status status = hpr_allocate_into(a->context, &a->blocker_first, links->count + 1,
+                                          sizeof *a->blocker_first, "blockers");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(a->context, &found, n, sizeof *found, "blockers");
+    for (size_t l = 0; status == HPR_OK && a->classify && l < links->count; l++) {
+        const hpr_link *link = &links->link[l];
+        size_t count = 0;
+        if (a->verdict[link->recv * n + link->send] == HPR_SEES_PARTLY) {
+            hpr_facet recv, send;
+            patch_facet(a->patches, link->recv, &recv);
+            patch_facet(a->patches, link->send, &send);
+            hpr_visibility_classify(a->visibility, &recv, &send, NULL, 0, found, &count);
+            status =
+                hpr_grow(a->context, &a->blocker, &a->blocker_capacity, total + count, sizeof *a->blocker);
+            if (status == HPR_OK && count)
+                memcpy(a->blocker + total, found, count * sizeof *found);
+        }
+        total += count;
+        a->blocker_first[l + 1] = total;
+    }
+    hpr_release(a->context, found);
+    return status;
+}
+
+/* Working memory of one thread, and what it counted. */
+typedef struct worker {
+    hpr_block_scratch *scratch;
+    uint32_t *blocker; /* [patch_count] */
+    uint64_t counts[HPR_COUNTER_COUNT];
+} worker;
+
+static void integrate_pair(const assembly *a, worker *w, size_t l, size_t leaf_i, size_t leaf_j)
+{
+    const hpr_link *link = &a->links->link[l];
+    hpr_block_task task = {.recv = leaf_frame(a, leaf_i),
+                           .send = leaf_frame(a, leaf_j),
+                           .tolerance = a->links->tolerance,
+                           .contact_m = a->patches->weld_m,
+                           .visibility = a->visibility};
+    if (a->verdict[link->recv * a->patches->count + link->send] == HPR_SEES_PARTLY) {
+        if (a->classify) {
+            hpr_facet recv, send;
+            frame_facet(&task.recv, &recv);
+            frame_facet(&task.send, &send);
+            const uint32_t *candidates = a->blocker + a->blocker_first[l];
+            size_t candidate_count = a->blocker_first[l + 1] - a->blocker_first[l];
+            hpr_visibility_classify(a->visibility, &recv, &send, candidates, candidate_count, w->blocker,
+                                    &task.blocker_count);
+            task.blockers = w->blocker;
+        } else {
+            task.blockers = a->everyone;
+            task.blocker_count = a->patches->count;
+        }
+    }
+    double *block = a->links->block + hpr_link_block(a->links, link, leaf_i, leaf_j);
+    hpr_block_result result = hpr_block_ref(a->quadrature, &task, block, w->scratch);
+    hpr_counter kind = !result.seen         ? HPR_COUNT_PAIRS_HIDDEN
+                       : task.blocker_count ? HPR_COUNT_PAIRS_PARTIAL
+                                            : HPR_COUNT_PAIRS_VISIBLE;
+    w->counts[kind]++;
+    w->counts[HPR_COUNT_BLOCKS] += result.seen;
+    w->counts[HPR_COUNT_KERNEL] += result.kernel_count;
+    w->counts[HPR_COUNT_RAYS] += result.ray_count;
+    w->counts[HPR_COUNT_SHORT] += result.stopped_short && !task.blocker_count;
+}
+
+static size_t link_of_task(const assembly *a, size_t task)
+{
+    size_t low = 0, high = a->links->count;
+    while (high - low > 1) {
+        size_t middle = (low + high) / 2;
+        if (a->task_first[middle] <= task)
+            low = middle;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+static void integrate_all(assembly *a, worker *workers)
+{
+    size_t task_count = a->task_first[a->links->count];
+    atomic_size_t done = 0;
+#pragma omp parallel num_threads(hpr_context_threads(a->context))
+    {
+        worker *w = &workers[omp_get_thread_num()];
+#pragma omp for schedule(dynamic, 1)
+        for (size_t task = 0; task < task_count; task++) {
+            size_t l = link_of_task(a, task);
+            const hpr_link *link = &a->links->link[l];
+            size_t leaf_i = a->elements->patch_leaf[link->recv] + (task - a->task_first[l]);
+            for (size_t leaf_j = a->elements->patch_leaf[link->send];
+                 leaf_j < a->elements->patch_leaf[link->send + 1] && !hpr_cancelled(a->context); leaf_j++)
+                integrate_pair(a, w, l, leaf_i, leaf_j);
+            size_t finished = atomic_fetch_add(&done, 1) + 1;
+            if (omp_get_thread_num() == 0)
+                hpr_stage_progress(a->context, (double)finished / (double)task_count);
+        }
+    }
+}
+
+static hpr_status integrate(assembly *a)
+{
+    int threads = hpr_context_threads(a->context);
+    worker *workers = NULL;
+    hpr_status status =
+        hpr_allocate_into(a->context, &workers, (size_t)threads, sizeof *workers, "quadrature scratch");
+    for (int t = 0; status == HPR_OK && t < threads; t++) {
+        status = hpr_block_scratch_create(a->context, &workers[t].scratch);
+        if (status == HPR_OK)
+            status = hpr_allocate_into(a->context, &workers[t].blocker, a->patches->count, sizeof(uint32_t),
+                                       "blockers");
+    }
+    if (status == HPR_OK)
+        integrate_all(a, workers);
+    for (int t = 0; workers && t < threads; t++) {
+        for (int c = 0; c < HPR_COUNTER_COUNT; c++)
+            hpr_count(a->context, (hpr_counter)c, workers[t].counts[c]);
+        a->links->short_count += workers[t].counts[HPR_COUNT_SHORT];
+        hpr_block_scratch_destroy(&workers[t].scratch);
+        hpr_release(a->context, workers[t].blocker);
+    }
+    hpr_release(a->context, workers);
+    if (status == HPR_OK && hpr_cancelled(a->context))
+        status = hpr_fail(a->context, HPR_ERR_INTERRUPTED, "interrupted during assembly");
+    return status;
+}
+
+hpr_status hpr_links_assemble(const hpr_patches *patches, const hpr_elements *elements, double tolerance,
+                              hpr_links **out)
+{
+    hpr_context *ctx = patches->context;
+    assembly a = {.patches = patches,
+                  .elements = elements,
+                  .context = ctx,
+                  .classify = patches->count <= MAX_CLASSIFIED_PATCHES};
+    *out = NULL;
+    hpr_status status = hpr_allocate_into(ctx, &a.links, 1, sizeof *a.links, "links");
+    if (status != HPR_OK)
+        return status;
+    a.links->context = ctx;
+    a.links->elements = elements;
+    status = hpr_allocate_into(ctx, &a.everyone, patches->count, sizeof *a.everyone, "blockers");
+    for (size_t i = 0; status == HPR_OK && i < patches->count; i++)
+        a.everyone[i] = (uint32_t)i;
+    if (status == HPR_OK)
+        status = hpr_visibility_create(patches, &a.visibility);
+    if (status == HPR_OK)
+        status = hpr_quadrature_create(ctx, &a.quadrature);
+    if (status == HPR_OK)
+        status = make_links(&a);
+    if (status == HPR_OK)
+        status = list_blockers(&a);
+    if (status == HPR_OK) {
+        a.links->tolerance = tolerance > 0 ? tolerance : a.links->occluded ? 1e-6 : 1e-12;
+        status = integrate(&a);
+    }
+    hpr_visibility_destroy(&a.visibility);
+    hpr_quadrature_destroy(&a.quadrature);
+    void *arrays[] = {a.verdict, a.everyone, a.blocker_first, a.blocker, a.task_first};
+    for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
+        hpr_release(ctx, arrays[i]);
+    if (status != HPR_OK)
+        hpr_links_destroy(&a.links);
+    *out = a.links;
+    return status;
+}

@@ -1,0 +1,51 @@
+/*
+ * The transport operator between leaves. A link joins two patches and holds the dense blocks of all their
+ * leaf pairs; blocks between patches that cannot see each other do not exist. K_ij = K_jiT, so each pair is
+ * stored once.
+ */
+#ifndef HPR_LINK_LINKS_H
+#define HPR_LINK_LINKS_H
+
+#include "patch/elements.h"
+
+typedef struct hpr_link {
+    uint32_t recv, send; /* patches, recv < send */
+    size_t offset;       /* first of its blocks in hpr_links.block */
+} hpr_link;
+
+typedef struct hpr_links {
+    hpr_context *context;
+    const hpr_elements *elements; /* borrowed */
+    size_t count;
+    hpr_link *link; /* [count] rising (recv, send) */
+    /* Leaf i of recv and leaf j of send: row-major [n_i x n_j] at
+     * offset + (dof_i - first dof of recv) * (dofs of send) + n_i * (dof_j - first dof of send). */
+    double *block;
+    size_t block_count; /* doubles in block */
+    size_t *row;        /* [patch_count + 1] into row_link */
+    uint32_t *row_link; /* links of each patch, rising by the other patch */
+    bool occluded;      /* some pair of patches may be blocked */
+    double tolerance;   /* of the blocks */
+    size_t short_count; /* blocks that stopped short of it */
+} hpr_links;
+
+/* Block of leaves i (of the link's receiver) and j (of its sender). */
+size_t hpr_link_block(const hpr_links *links, const hpr_link *link, size_t leaf_i, size_t leaf_j);
+
+/*
+ * Integrates all blocks. tolerance 0: 1e-12 if no pair of patches may be blocked, 1e-6 else (sampled
+ * visibility is far coarser). Same bits for any thread count. Errors: HPR_ERR_MEMORY (also when the blocks
+ * would exceed the machine's memory), HPR_ERR_DEVICE, HPR_ERR_INTERRUPTED.
+ */
+hpr_status hpr_links_assemble(const hpr_patches *patches, const hpr_elements *elements, double tolerance,
+                              hpr_links **links);
+void hpr_links_destroy(hpr_links **links);
+
+/*
+ * Irradiance of one leaf of patch `patch`: H_i = sum_j K_ij B_j.
+ * radiosity: [dofs][channels]; irradiance: [n_i][channels]. Thread-safe.
+ */
+void hpr_links_gather(const hpr_links *links, size_t patch, size_t leaf, size_t channel_count,
+                      const double *radiosity, double *irradiance);
+
+#endif

@@ -1,0 +1,49 @@
+/* Kernel blocks of element pairs. */
+#ifndef HPR_QUADRATURE_BLOCK_H
+#define HPR_QUADRATURE_BLOCK_H
+
+#include "basis/basis.h"
+#include "math/gauss.h"
+#include "quadrature/pair.h"
+#include "visibility/visibility.h"
+
+/* Tables shared by all blocks; read-only once made. */
+typedef struct hpr_quadrature hpr_quadrature;
+
+hpr_status hpr_quadrature_create(hpr_context *ctx, hpr_quadrature **quadrature);
+void hpr_quadrature_destroy(hpr_quadrature **quadrature);
+
+/* Working memory of one thread. */
+typedef struct hpr_block_scratch hpr_block_scratch;
+
+hpr_status hpr_block_scratch_create(hpr_context *ctx, hpr_block_scratch **scratch);
+void hpr_block_scratch_destroy(hpr_block_scratch **scratch);
+
+typedef struct hpr_block_task {
+    hpr_element_frame recv, send;
+    double tolerance; /* relative to the block's largest entry, > 0 */
+    double contact_m; /* points nearer than this count as touching, >= 0 */
+    /* Patches that may come between; count 0: wholly visible, V = 1. Else V is sampled by a ray per pair of
+     * quadrature points, and the tolerance does not cover the error of that. */
+    const hpr_visibility *visibility;
+    const uint32_t *blockers;
+    size_t blocker_count;
+} hpr_block_task;
+
+typedef struct hpr_block_result {
+    bool seen;          /* false: the block is zero because neither faces the other */
+    bool stopped_short; /* the tolerance was not reached */
+    uint64_t kernel_count, ray_count;
+} hpr_block_result;
+
+/*
+ * Transport block of one element pair, row-major [n_recv x n_send]:
+ *   block[k*n_send + l] = ∫_r ∫_s T_k(x) cosθ_x cosθ_y / (π |x-y|²) V(x,y) T_l(y) dA_y dA_x
+ * T orthonormal in area (unit 1/m), so the block is dimensionless; no reflectance in it.
+ * Concurrent calls allowed with distinct block and scratch. Never fails: what falls short is in the result.
+ * Source: Zatz 1993 (eq. 7); touching pairs: Sauter & Schwab 2011, ch. 5.
+ */
+hpr_block_result hpr_block_ref(const hpr_quadrature *quadrature, const hpr_block_task *task, double *block,
+                               hpr_block_scratch *scratch);
+
+#endif

@@ -1,0 +1,191 @@
+/* The simple evaluation of kernel blocks: one group of points after the other, one receiver point at a time.
+ */
+#include "quadrature/block.h"
+#include "quadrature/rule.h"
+
+#include <string.h>
+
+struct hpr_quadrature {
+    hpr_context *context;
+    hpr_gauss_table gauss;
+};
+
+struct hpr_block_scratch {
+    hpr_context *context;
+    hpr_group points, trial; /* the choice of rules works in `trial` while `points` is being evaluated */
+    double inner_basis[(size_t)HPR_POINTS_MAX * HPR_MAX_BASIS]; /* [points][functions] */
+    double outer_basis[HPR_MAX_BASIS];
+    double transported[HPR_MAX_BASIS]; /* sum over inner points of G phi_l */
+    double kernel[HPR_POINTS_MAX];
+};
+
+hpr_status hpr_quadrature_create(hpr_context *ctx, hpr_quadrature **quadrature)
+{
+    hpr_status status = hpr_allocate_into(ctx, quadrature, 1, sizeof **quadrature, "quadrature tables");
+    if (status != HPR_OK)
+        return status;
+    (*quadrature)->context = ctx;
+    hpr_gauss_table_init(&(*quadrature)->gauss);
+    return HPR_OK;
+}
+
+void hpr_quadrature_destroy(hpr_quadrature **quadrature)
+{
+    if (*quadrature)
+        hpr_release((*quadrature)->context, *quadrature);
+    *quadrature = NULL;
+}
+
+hpr_status hpr_block_scratch_create(hpr_context *ctx, hpr_block_scratch **scratch)
+{
+    hpr_status status = hpr_allocate_into(ctx, scratch, 1, sizeof **scratch, "quadrature scratch");
+    if (status == HPR_OK)
+        (*scratch)->context = ctx;
+    return status;
+}
+
+void hpr_block_scratch_destroy(hpr_block_scratch **scratch)
+{
+    if (*scratch)
+        hpr_release((*scratch)->context, *scratch);
+    *scratch = NULL;
+}
+
+typedef struct evaluation {
+    const hpr_quadrature *quadrature;
+    const hpr_block_task *task;
+    const hpr_pair *pair;
+    size_t n_recv, n_send;
+    double *block;
+    hpr_block_scratch *scratch;
+    hpr_block_result *result;
+} evaluation;
+
+static void kernel_row(const hpr_points *from, int i, const hpr_points *to, double scale, double *kernel)
+{
+    for (int j = 0; j < to->count; j++) {
+        double dx = to->x[j] - from->x[i], dy = to->y[j] - from->y[i], dz = to->z[j] - from->z[i];
+        double r2 = dx * dx + dy * dy + dz * dz;
+        kernel[j] = scale * to->weight[j] / (r2 * r2);
+    }
+}
+
+/* Points of a frame in scene coordinates. */
+static void scene_point(const hpr_element_frame *frame, double s, double t, double point[3])
+{
+    hpr_vec3_store(point, hpr_frame_point(frame, s, t));
+}
+
+/* One side of a group in the evaluation: `outer` is gone through point by point, all of `inner` for each. */
+typedef struct group_side {
+    const hpr_points *points;
+    const hpr_element_frame *frame;
+    size_t basis_count;
+} group_side;
+
+/* Zeroes the kernel where the ray is blocked. */
+static void sample_visibility(const evaluation *e, const group_side *outer, int i, const group_side *inner,
+                              double *kernel)
+{
+    double x[3], y[3];
+    scene_point(outer->frame, outer->points->s[i], outer->points->t[i], x);
+    for (int j = 0; j < inner->points->count; j++) {
+        scene_point(inner->frame, inner->points->s[j], inner->points->t[j], y);
+        if (hpr_visibility_blocked(e->task->visibility, x, y, e->task->blockers, e->task->blocker_count))
+            kernel[j] = 0;
+    }
+    e->result->ray_count += (uint64_t)inner->points->count;
+}
+
+/* sum over inner points of kernel * phi_l. */
+static void transport(const hpr_block_scratch *scratch, const group_side *inner, double *transported)
+{
+    memset(transported, 0, inner->basis_count * sizeof *transported);
+    for (int j = 0; j < inner->points->count; j++) {
+        const double *basis = scratch->inner_basis + (size_t)j * inner->basis_count;
+        for (size_t l = 0; l < inner->basis_count; l++)
+            transported[l] += scratch->kernel[j] * basis[l];
+    }
+}
+
+/* block += left rightT, left [n_recv], right [n_send] */
+static void add_product(const evaluation *e, const double *left, const double *right)
+{
+    for (size_t k = 0; k < e->n_recv; k++) {
+        for (size_t l = 0; l < e->n_send; l++)
+            e->block[k * e->n_send + l] += left[k] * right[l];
+    }
+}
+
+static void add_group(void *user, const hpr_group *group)
+{
+    evaluation *e = user;
+    hpr_block_scratch *scratch = e->scratch;
+    const group_side recv = {&group->recv, &e->task->recv, e->n_recv};
+    const group_side send = {&group->send, &e->task->send, e->n_send};
+    /* Each outer point costs an update of the whole block, so the side with fewer points is the outer one. */
+    bool by_recv = group->recv.count <= group->send.count;
+    const group_side *outer = by_recv ? &recv : &send, *inner = by_recv ? &send : &recv;
+    const double scale = group->scale / 3.14159265358979323846;
+    for (int j = 0; j < inner->points->count; j++)
+        hpr_basis_eval(inner->frame->shape, inner->frame->degree, inner->points->s[j], inner->points->t[j],
+                       scratch->inner_basis + (size_t)j * inner->basis_count);
+    for (int i = 0; i < outer->points->count; i++) {
+        kernel_row(outer->points, i, inner->points, scale * outer->points->weight[i], scratch->kernel);
+        if (e->task->blocker_count)
+            sample_visibility(e, outer, i, inner, scratch->kernel);
+        transport(scratch, inner, scratch->transported);
+        hpr_basis_eval(outer->frame->shape, outer->frame->degree, outer->points->s[i], outer->points->t[i],
+                       scratch->outer_basis);
+        add_product(e, by_recv ? scratch->outer_basis : scratch->transported,
+                    by_recv ? scratch->transported : scratch->outer_basis);
+    }
+    e->result->kernel_count += (uint64_t)recv.points->count * (uint64_t)send.points->count;
+}
+
+static void add_rule(void *user, const hpr_rule *rule)
+{
+    evaluation *e = user;
+    hpr_rule_points(&e->quadrature->gauss, e->pair, rule, &e->scratch->points, add_group, e);
+}
+
+/* From parameter measure to area, and from phi to T. */
+static double area_factor(const hpr_element_frame *frame)
+{
+    double jacobian = frame->shape == HPR_SHAPE_PARALLELOGRAM ? frame->area_m2 : 2 * frame->area_m2;
+    return jacobian * hpr_basis_scale(frame->shape, frame->area_m2);
+}
+
+hpr_block_result hpr_block_ref(const hpr_quadrature *quadrature, const hpr_block_task *task, double *block,
+                               hpr_block_scratch *scratch)
+{
+    /* Sampled visibility errs by a part in the number of rays; finer rules for the kernel would be wasted. */
+    static const double sampled_tolerance = 1e-3;
+    hpr_block_result result = {0};
+    hpr_pair pair;
+    hpr_pair_init(&pair, &task->recv, &task->send);
+    evaluation e = {.quadrature = quadrature,
+                    .task = task,
+                    .pair = &pair,
+                    .n_recv = hpr_basis_count(task->recv.shape, task->recv.degree),
+                    .n_send = hpr_basis_count(task->send.shape, task->send.degree),
+                    .block = block,
+                    .scratch = scratch,
+                    .result = &result};
+    memset(block, 0, e.n_recv * e.n_send * sizeof *block);
+    int degree = task->recv.degree > task->send.degree ? task->recv.degree : task->send.degree;
+    hpr_rule_demand demand = {.tolerance = task->tolerance, .contact_m = task->contact_m, .least_nodes = 1};
+    if (task->blocker_count) {
+        demand.tolerance = fmax(task->tolerance, sampled_tolerance);
+        demand.least_nodes = degree + 3;
+    }
+    hpr_rule_outcome outcome =
+        hpr_rules_choose(&quadrature->gauss, &pair, &demand, &scratch->trial, add_rule, &e);
+    double factor = area_factor(&task->recv) * area_factor(&task->send);
+    for (size_t i = 0; i < e.n_recv * e.n_send; i++)
+        block[i] *= factor;
+    result.seen = outcome.seen;
+    result.stopped_short = outcome.stopped_short;
+    result.kernel_count += outcome.kernel_count;
+    return result;
+}

@@ -1,0 +1,42 @@
+#include "quadrature/pair.h"
+
+void hpr_pair_init(hpr_pair *pair, const hpr_element_frame *recv, const hpr_element_frame *send)
+{
+    pair->recv = *recv;
+    pair->send = *send;
+    hpr_vec3 offset = hpr_sub(send->origin, recv->origin);
+    pair->recv.origin = (hpr_vec3){0, 0, 0};
+    pair->send.origin = offset;
+    pair->recv_height = (hpr_affine){-hpr_dot(send->normal, offset), hpr_dot(send->normal, recv->edge1),
+                                     hpr_dot(send->normal, recv->edge2)};
+    pair->send_height = (hpr_affine){hpr_dot(recv->normal, offset), hpr_dot(recv->normal, send->edge1),
+                                     hpr_dot(recv->normal, send->edge2)};
+}
+
+hpr_cell hpr_cell_whole(hpr_shape shape)
+{
+    return (hpr_cell){.shape = shape, .edge1 = {1, 0}, .edge2 = {0, 1}};
+}
+
+hpr_cell hpr_cell_triangle(const double p0[2], const double p1[2], const double p2[2])
+{
+    return (hpr_cell){.shape = HPR_SHAPE_TRIANGLE,
+                      .origin = {p0[0], p0[1]},
+                      .edge1 = {p1[0] - p0[0], p1[1] - p0[1]},
+                      .edge2 = {p2[0] - p0[0], p2[1] - p0[1]}};
+}
+
+int hpr_cell_corners(const hpr_element_frame *frame, const hpr_cell *cell, hpr_vec3 corner[4])
+{
+    hpr_vec3 o = hpr_frame_point(frame, cell->origin[0], cell->origin[1]);
+    hpr_vec3 e1 = hpr_frame_vector(frame, cell->edge1), e2 = hpr_frame_vector(frame, cell->edge2);
+    corner[0] = o;
+    corner[1] = hpr_add(o, e1);
+    if (cell->shape == HPR_SHAPE_TRIANGLE) {
+        corner[2] = hpr_add(o, e2);
+        return 3;
+    }
+    corner[2] = hpr_add(corner[1], e2);
+    corner[3] = hpr_add(o, e2);
+    return 4;
+}

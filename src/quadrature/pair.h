@@ -1,0 +1,72 @@
+/* Two elements whose kernel block is wanted, and the pieces of them that one rule integrates over. */
+#ifndef HPR_QUADRATURE_PAIR_H
+#define HPR_QUADRATURE_PAIR_H
+
+#include "math/vec3.h"
+#include "patch/patches.h"
+
+/* One element: x(s,t) = origin + s edge1 + t edge2, front where normal = edge1 x edge2 / |.| points. */
+typedef struct hpr_element_frame {
+    hpr_shape shape;
+    int degree;
+    hpr_vec3 origin, edge1, edge2, normal;
+    double area_m2;
+} hpr_element_frame;
+
+/* A piece of an element in its parameters: (s,t) = origin + a edge1 + b edge2, (a,b) in the unit square or
+ * the unit triangle. */
+typedef struct hpr_cell {
+    hpr_shape shape;
+    double origin[2], edge1[2], edge2[2];
+} hpr_cell;
+
+/* A convex piece of an element in its parameters, counter-clockwise or not. */
+enum { HPR_POLYGON_MAX = 8 };
+
+typedef struct hpr_polygon {
+    int count;
+    double corner[HPR_POLYGON_MAX][2];
+} hpr_polygon;
+
+/* Affine function of the parameters: value(s,t) = at_origin + s along1 + t along2. */
+typedef struct hpr_affine {
+    double at_origin, along1, along2;
+} hpr_affine;
+
+/* receiver r and sender s, moved so that the receiver's origin is 0. */
+typedef struct hpr_pair {
+    hpr_element_frame recv, send;
+    hpr_affine recv_height; /* of receiver points over the sender's plane, metres */
+    hpr_affine send_height; /* of sender points over the receiver's plane */
+} hpr_pair;
+
+void hpr_pair_init(hpr_pair *pair, const hpr_element_frame *recv, const hpr_element_frame *send);
+
+static inline double hpr_affine_at(const hpr_affine *f, double s, double t)
+{
+    return f->at_origin + s * f->along1 + t * f->along2;
+}
+
+static inline hpr_vec3 hpr_frame_point(const hpr_element_frame *frame, double s, double t)
+{
+    return hpr_madd(hpr_madd(frame->origin, s, frame->edge1), t, frame->edge2);
+}
+
+/* A parameter vector as a vector in space. */
+static inline hpr_vec3 hpr_frame_vector(const hpr_element_frame *frame, const double d[2])
+{
+    return hpr_madd(hpr_scale(frame->edge1, d[0]), d[1], frame->edge2);
+}
+
+/* The whole element as a cell. */
+hpr_cell hpr_cell_whole(hpr_shape shape);
+hpr_cell hpr_cell_triangle(const double p0[2], const double p1[2], const double p2[2]);
+
+/* Corners of a cell in space, 3 or 4; returns their number. */
+int hpr_cell_corners(const hpr_element_frame *frame, const hpr_cell *cell, hpr_vec3 corner[4]);
+
+/* Smallest distance of two planar convex polygons that do not pierce each other. Source: Ericson 2005, 5.1.
+ */
+double hpr_polygon_distance(const hpr_vec3 *a, int a_count, const hpr_vec3 *b, int b_count);
+
+#endif

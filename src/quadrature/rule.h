@@ -1,0 +1,88 @@
+/*
+ * Quadrature rules for one pair: the choice of rules (rules.c) is one thing, the points that a rule makes
+ * (points_*.c) another, their evaluation (block_ref.c) a third. Between choice and evaluation stands
+ * hpr_rule; between points and evaluation stands hpr_group.
+ */
+#ifndef HPR_QUADRATURE_RULE_H
+#define HPR_QUADRATURE_RULE_H
+
+#include "math/gauss.h"
+#include "quadrature/pair.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef enum hpr_rule_kind {
+    HPR_RULE_PRODUCT, /* separate cells: product Gauss */
+    HPR_RULE_VERTEX,  /* triangles sharing vertex 0 */
+    HPR_RULE_EDGE     /* triangles sharing the edge from vertex 0 to vertex 1 */
+} hpr_rule_kind;
+
+typedef struct hpr_rule {
+    hpr_rule_kind kind;
+    hpr_cell recv, send;
+    int recv_nodes[2], send_nodes[2]; /* product: nodes along each axis */
+    int kernel_nodes;                 /* vertex, edge: nodes in the directions in which the kernel varies */
+    int scale_nodes;                  /* vertex, edge: nodes in those in which only the polynomials vary */
+} hpr_rule;
+
+/* Largest number of points on one side of a group. */
+enum { HPR_NODES_MAX = HPR_GAUSS_MAX, HPR_POINTS_MAX = HPR_NODES_MAX * HPR_NODES_MAX };
+
+/* Points of one side: parameters in the element, position relative to an origin that both sides share, weight
+ * (in parameter measure) times height over the other's plane. */
+typedef struct hpr_points {
+    int count;
+    double s[HPR_POINTS_MAX], t[HPR_POINTS_MAX];
+    double x[HPR_POINTS_MAX], y[HPR_POINTS_MAX], z[HPR_POINTS_MAX];
+    double weight[HPR_POINTS_MAX];
+} hpr_points;
+
+/*
+ * A set of receiver points times a set of sender points. It contributes
+ *   scale * sum_ab w_a w_b / (pi |y_b - x_a|^4) phi_k(a) phi_l(b),
+ * the heights in the weights being the numerator of G times r^2.
+ */
+typedef struct hpr_group {
+    hpr_points recv, send;
+    double scale;
+} hpr_group;
+
+typedef void (*hpr_group_sink)(void *user, const hpr_group *group);
+
+/* Makes the groups of a rule, one after the other, in `group` (scratch), and hands each to `sink`. */
+void hpr_points_product(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_rule *rule,
+                        hpr_group *group, hpr_group_sink sink, void *user);
+void hpr_points_vertex(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_rule *rule,
+                       hpr_group *group, hpr_group_sink sink, void *user);
+void hpr_points_edge(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_rule *rule,
+                     hpr_group *group, hpr_group_sink sink, void *user);
+/* Whichever of them the rule's kind asks for. */
+void hpr_rule_points(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_rule *rule,
+                     hpr_group *group, hpr_group_sink sink, void *user);
+
+/* sum of a group with phi = 1: its part of sqrt(A_r A_s) K^00 over the parameter measures. */
+double hpr_group_sum(const hpr_group *group);
+
+/* What the choice depends on besides the geometry. */
+typedef struct hpr_rule_demand {
+    double tolerance; /* relative to the block's largest entry */
+    double contact_m; /* points nearer than this count as touching */
+    int least_nodes;  /* product: at least so many nodes per axis (for sampling visibility) */
+} hpr_rule_demand;
+
+typedef struct hpr_rule_outcome {
+    bool seen;             /* false: neither faces the other, the block is zero */
+    bool stopped_short;    /* some rule misses the tolerance */
+    uint64_t kernel_count; /* kernels that the choice itself evaluated */
+} hpr_rule_outcome;
+
+typedef void (*hpr_rule_sink)(void *user, const hpr_rule *rule);
+
+/* Chooses the rules of a pair and hands each to `sink`. `group` is scratch, not in use by `sink`. Thread-safe
+ * with distinct scratch. */
+hpr_rule_outcome hpr_rules_choose(const hpr_gauss_table *gauss, const hpr_pair *pair,
+                                  const hpr_rule_demand *demand, hpr_group *group, hpr_rule_sink sink,
+                                  void *user);
+
+#endif

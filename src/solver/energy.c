@@ -1,0 +1,315 @@
+#include "solver/energy.h"
+
+#include "basis/basis.h"
+#include "direct/lambert.h"
+#include "math/gauss.h"
+#include "math/vec3.h"
+#include "visibility/visibility.h"
+
+#include <omp.h>
+#include <string.h>
+
+enum {
+    MAX_LAMBERT_PATCHES = 512, /* more patches, and all fractions are sampled */
+    CELL_NODES = 6,
+    MAX_DEPTH = 48,
+    MAX_CELLS = 20000, /* per leaf */
+    RAYS = 1 << 20     /* about so many in all */
+};
+
+typedef struct energy {
+    hpr_solution *solution;
+    const hpr_patches *patches;
+    const hpr_elements *elements;
+    hpr_visibility *visibility;
+    hpr_gauss_table *gauss;
+    size_t channels;
+    double tolerance; /* absolute, W per leaf */
+    int side;         /* rays are stratified side x side per point */
+    bool *shaded;     /* [patches] something may come between it and what it sees */
+    double *lost;     /* [leaves][2][channels] on backs, escaped; summed in leaf order */
+} energy;
+
+/* f_back and f_out at one point of a patch. */
+typedef struct fractions {
+    double back, out;
+} fractions;
+
+static void facet_of(const hpr_patches *patches, size_t patch, double sign, hpr_facet *facet)
+{
+    facet->corner_count = hpr_patch_corners(patches, patch, facet->corner);
+    for (int k = 0; k < 3; k++)
+        facet->normal[k] = sign * patches->normal[3 * patch + k];
+}
+
+/* Backs count as well as fronts: both receive. */
+static bool may_be_shaded(const energy *e, size_t patch)
+{
+    if (e->patches->count > MAX_LAMBERT_PATCHES)
+        return true;
+    hpr_facet own, other;
+    facet_of(e->patches, patch, 1, &own);
+    for (size_t j = 0; j < e->patches->count; j++) {
+        for (int sign = -1; sign <= 1; sign += 2) {
+            size_t count = 0;
+            facet_of(e->patches, j, sign, &other);
+            if (j != patch && j != e->patches->twin[patch] &&
+                hpr_visibility_classify(e->visibility, &own, &other, NULL, 0, NULL, &count) ==
+                    HPR_SEES_PARTLY)
+                return true;
+        }
+    }
+    return false;
+}
+
+/* Exact, where nothing shades: every other patch is seen from its front or from its back. */
+static fractions lambert_fractions(const energy *e, size_t patch, const double point[3])
+{
+    const hpr_patches *patches = e->patches;
+    fractions f = {0, 1};
+    for (size_t j = 0; j < patches->count; j++) {
+        if (j == patch || j == patches->twin[patch] || (patches->twin[j] != HPR_NONE && patches->twin[j] < j))
+            continue;
+        double corner[4][3], offset[3];
+        size_t count = hpr_patch_corners(patches, j, corner);
+        double part =
+            hpr_lambert_fraction(point, patches->normal + 3 * patch, (const double(*)[3])corner, count);
+        hpr_subtract3(point, patches->origin + 3 * j, offset);
+        f.out -= part;
+        if (patches->twin[j] == HPR_NONE && hpr_dot3(offset, patches->normal + 3 * j) < 0)
+            f.back += part;
+    }
+    return f;
+}
+
+static double hash_unit(uint64_t x)
+{
+    x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9u;
+    x = (x ^ (x >> 27)) * 0x94D049BB133111EBu;
+    return (double)((x ^ (x >> 31)) >> 11) * 0x1p-53;
+}
+
+/* Cosine-weighted stratified directions (Malley); strata jittered by a hash of point and stratum. */
+static fractions sampled_fractions(const energy *e, size_t patch, const double point[3], uint64_t seed)
+{
+    const hpr_patches *patches = e->patches;
+    hpr_vec3 n = hpr_vec3_load(patches->normal + 3 * patch), u = hpr_vec3_load(patches->edge1 + 3 * patch);
+    u = hpr_scale(u, 1 / hpr_length(u));
+    hpr_vec3 v = hpr_cross(n, u);
+    double near = 1e-9 * hpr_patches_radius(patches, (double[3]){0}) + patches->weld_m;
+    size_t rays = (size_t)e->side * (size_t)e->side, backs = 0, outs = 0;
+    for (size_t r = 0; r < rays; r++) {
+        double a = ((double)(r % (size_t)e->side) + hash_unit(2 * (seed * rays + r) + 1)) / e->side;
+        double b = ((double)(r / (size_t)e->side) + hash_unit(2 * (seed * rays + r) + 2)) / e->side;
+        double radius = sqrt(a), angle = 2 * 3.14159265358979323846 * b, direction[3];
+        hpr_vec3 d = hpr_madd(hpr_scale(n, sqrt(1 - a)), radius * cos(angle), u);
+        hpr_vec3_store(direction, hpr_madd(d, radius * sin(angle), v));
+        bool back = false;
+        hpr_hit hit = hpr_visibility_first_hit(e->visibility, point, direction, near, INFINITY, false, &back);
+        outs += hit.patch == HPR_NONE;
+        backs += hit.patch != HPR_NONE && back;
+    }
+    return (fractions){(double)backs / (double)rays, (double)outs / (double)rays};
+}
+
+/* A leaf while its losses are integrated. Values: [2][channels] on backs, escaped. */
+typedef struct leaf_integral {
+    const energy *e;
+    size_t leaf, patch;
+    uint32_t node;
+    hpr_shape shape;
+    int cells;
+} leaf_integral;
+
+static void leaf_point(const leaf_integral *l, double s, double t, double point[3])
+{
+    const hpr_elements *elements = l->e->elements;
+    for (int k = 0; k < 3; k++) {
+        size_t i = 3 * (size_t)l->node + (size_t)k;
+        point[k] = elements->origin[i] + s * elements->edge1[i] + t * elements->edge2[i];
+    }
+}
+
+static void leaf_radiosity(const leaf_integral *l, double s, double t, double *radiosity)
+{
+    const energy *e = l->e;
+    double basis[HPR_MAX_BASIS];
+    int degree = e->elements->degree[l->node];
+    double scale = hpr_basis_scale(l->shape, e->elements->area_m2[l->node]);
+    size_t n = e->channels, count = hpr_basis_count(l->shape, degree);
+    hpr_basis_eval(l->shape, degree, s, t, basis);
+    for (size_t c = 0; c < n; c++) {
+        double h = 0;
+        for (size_t k = 0; k < count; k++)
+            h += scale * basis[k] * e->solution->irradiance[n * (e->elements->dof[l->leaf] + k) + c];
+        radiosity[c] = e->patches->exitance[n * l->patch + c] + e->patches->reflectance[n * l->patch + c] * h;
+    }
+}
+
+/* Adds weight * B * f. */
+static void add_point(const leaf_integral *l, double s, double t, double weight, fractions f,
+                      double *radiosity, double *sum)
+{
+    size_t n = l->e->channels;
+    leaf_radiosity(l, s, t, radiosity);
+    for (size_t c = 0; c < n; c++) {
+        sum[c] += weight * f.back * radiosity[c];
+        sum[n + c] += weight * f.out * radiosity[c];
+    }
+}
+
+/* Product Gauss over a box of the unit square; triangles are collapsed, s = a (1 - t). radiosity: scratch
+ * [channels]. */
+static void integrate_box(leaf_integral *l, const double box[4], double *sum, double *radiosity)
+{
+    const hpr_gauss_rule *gauss = &l->e->gauss->legendre[CELL_NODES];
+    bool triangle = l->shape == HPR_SHAPE_TRIANGLE;
+    double area = l->e->elements->area_m2[l->node] * box[2] * box[3];
+    memset(sum, 0, 2 * l->e->channels * sizeof *sum);
+    l->cells++;
+    for (int j = 0; j < CELL_NODES; j++) {
+        for (int i = 0; i < CELL_NODES; i++) {
+            double a = box[0] + box[2] * gauss->node[i], t = box[1] + box[3] * gauss->node[j], point[3];
+            double s = triangle ? a * (1 - t) : a;
+            double weight = gauss->weight[i] * gauss->weight[j] * area * (triangle ? 2 * (1 - t) : 1);
+            leaf_point(l, s, t, point);
+            add_point(l, s, t, weight, lambert_fractions(l->e, l->patch, point), radiosity, sum);
+        }
+    }
+}
+
+static double difference(const double *whole, const double *half0, const double *half1, size_t count)
+{
+    double worst = 0;
+    for (size_t i = 0; i < count; i++)
+        worst = fmax(worst, fabs(whole[i] - half0[i] - half1[i]));
+    return worst;
+}
+
+/* Adaptive by halving along the axis that shows the larger difference; adds to `total`. Works on a stack of
+ * its own. */
+static void integrate_adaptively(leaf_integral *l, const double box[4], const double *whole, int depth,
+                                 double *total)
+{
+    size_t n = 2 * l->e->channels;
+    double half[2][2][n], radiosity[n], halves[2][2][4], error[2];
+    for (int axis = 0; axis < 2; axis++) {
+        for (int which = 0; which < 2; which++) {
+            double *h = halves[axis][which];
+            memcpy(h, box, 4 * sizeof *h);
+            h[2 + axis] /= 2;
+            h[axis] += which * h[2 + axis];
+            integrate_box(l, h, half[axis][which], radiosity);
+        }
+        error[axis] = difference(whole, half[axis][0], half[axis][1], n);
+    }
+    int axis = error[1] > error[0];
+    if (error[axis] <= l->e->tolerance || depth >= MAX_DEPTH || l->cells > MAX_CELLS) {
+        for (size_t i = 0; i < n; i++)
+            total[i] += half[axis][0][i] + half[axis][1][i];
+        return;
+    }
+    for (int which = 0; which < 2; which++)
+        integrate_adaptively(l, halves[axis][which], half[axis][which], depth + 1, total);
+}
+
+static void lose_from_leaf(const energy *e, size_t leaf)
+{
+    uint32_t node = e->elements->leaf[leaf], patch = e->elements->patch[node];
+    leaf_integral l = {
+        .e = e, .leaf = leaf, .patch = patch, .node = node, .shape = (hpr_shape)e->patches->shape[patch]};
+    double *total = e->lost + 2 * e->channels * leaf, scratch[e->channels];
+    if (!e->shaded[patch]) {
+        const double whole_box[4] = {0, 0, 1, 1};
+        double whole[2 * e->channels];
+        integrate_box(&l, whole_box, whole, scratch);
+        integrate_adaptively(&l, whole_box, whole, 0, total);
+        return;
+    }
+    bool triangle = l.shape == HPR_SHAPE_TRIANGLE;
+    const hpr_gauss_rule *first = &e->gauss->legendre[2], *second = triangle ? &e->gauss->jacobi[2] : first;
+    for (int k = 0; k < 4; k++) {
+        double t = second->node[k / 2], s = first->node[k % 2] * (triangle ? 1 - t : 1), point[3];
+        double weight = first->weight[k % 2] * second->weight[k / 2] * (triangle ? 2 : 1);
+        leaf_point(&l, s, t, point);
+        add_point(&l, s, t, weight * e->elements->area_m2[node],
+                  sampled_fractions(e, patch, point, 4 * leaf + (size_t)k), scratch, total);
+    }
+}
+
+/* What needs no visibility: emitted and absorbed. */
+static void sum_local_terms(energy *e)
+{
+    hpr_solution *solution = e->solution;
+    size_t n = e->channels;
+    memset(solution->energy, 0, n * sizeof *solution->energy);
+    for (size_t leaf = 0; leaf < e->elements->leaf_count; leaf++) {
+        uint32_t node = e->elements->leaf[leaf], patch = e->elements->patch[node];
+        double area = e->elements->area_m2[node];
+        for (size_t c = 0; c < n; c++) {
+            double h = solution->irradiance[n * e->elements->dof[leaf] + c];
+            solution->energy[c].emitted += e->patches->exitance[n * patch + c] * area;
+            solution->energy[c].absorbed += (1 - e->patches->reflectance[n * patch + c]) * h * sqrt(area);
+        }
+    }
+}
+
+static hpr_status prepare(energy *e)
+{
+    hpr_context *ctx = e->solution->context;
+    size_t leaves = e->elements->leaf_count;
+    hpr_status status = hpr_visibility_create(e->patches, &e->visibility);
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &e->gauss, 1, sizeof *e->gauss, "energy terms");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &e->shaded, e->patches->count, sizeof *e->shaded, "energy terms");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &e->lost, 2 * e->channels * leaves, sizeof(double), "energy terms");
+    if (status != HPR_OK)
+        return status;
+    hpr_gauss_table_init(e->gauss);
+    double emitted = 0;
+    for (size_t c = 0; c < e->channels; c++)
+        emitted = fmax(emitted, e->solution->energy[c].emitted);
+    e->tolerance = 1e-11 * emitted / (double)(leaves ? leaves : 1);
+    e->side = 4;
+    while (e->side < 32 && 4 * leaves * (size_t)(e->side * e->side) < RAYS)
+        e->side *= 2;
+    return HPR_OK;
+}
+
+hpr_status hpr_energy_compute(hpr_solution *solution)
+{
+    hpr_context *ctx = solution->context;
+    energy e = {.solution = solution,
+                .patches = solution->patches,
+                .elements = solution->elements,
+                .channels = solution->channel_count};
+    size_t n = e.channels;
+    sum_local_terms(&e);
+    hpr_status status = prepare(&e);
+    if (status != HPR_OK)
+        goto done;
+#pragma omp parallel for schedule(dynamic, 1) num_threads(hpr_context_threads(ctx))
+    for (size_t i = 0; i < e.patches->count; i++)
+        e.shaded[i] = may_be_shaded(&e, i);
+#pragma omp parallel for schedule(dynamic, 1) num_threads(hpr_context_threads(ctx))
+    for (size_t leaf = 0; leaf < e.elements->leaf_count; leaf++) {
+        if (!hpr_cancelled(ctx))
+            lose_from_leaf(&e, leaf);
+    }
+    for (size_t leaf = 0; leaf < e.elements->leaf_count; leaf++) {
+        for (size_t c = 0; c < n; c++) {
+            solution->energy[c].lost_on_backs += e.lost[2 * n * leaf + c];
+            solution->energy[c].escaped += e.lost[2 * n * leaf + n + c];
+        }
+    }
+    if (hpr_cancelled(ctx))
+        status = hpr_fail(ctx, HPR_ERR_INTERRUPTED, "interrupted during the energy balance");
+done:
+    hpr_visibility_destroy(&e.visibility);
+    hpr_release(ctx, e.gauss);
+    hpr_release(ctx, e.shaded);
+    hpr_release(ctx, e.lost);
+    return status;
+}

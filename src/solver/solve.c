@@ -1,0 +1,236 @@
+/* From a scene to a solution: patches, elements, links, the linear system, the energy balance. */
+#include "link/links.h"
+#include "patch/frame.h"
+#include "solver/energy.h"
+#include "solver/gauss_seidel.h"
+#include "solver/solution.h"
+
+#include <math.h>
+#include <string.h>
+
+void hpr_solve_options_init(hpr_solve_options *options)
+{
+    *options = (hpr_solve_options){.order = HPR_DEFAULT_ORDER,
+                                   .subdivide = HPR_DEFAULT_SUBDIVIDE,
+                                   .solver_tolerance = 1e-13,
+                                   .max_sweeps = 20000};
+}
+
+static hpr_status check_options(hpr_context *ctx, const hpr_solve_options *options)
+{
+    if (options->order < 0 || options->order > HPR_MAX_ORDER)
+        return hpr_fail(ctx, HPR_ERR_ARG, "order %d is not in 0 .. %d", options->order, HPR_MAX_ORDER);
+    if (options->subdivide < 0 || options->subdivide > HPR_MAX_SUBDIVIDE)
+        return hpr_fail(ctx, HPR_ERR_ARG, "subdivision %d is not in 0 .. %d", options->subdivide,
+                        HPR_MAX_SUBDIVIDE);
+    if (!(options->block_tolerance >= 0 && options->block_tolerance < 1))
+        return hpr_fail(ctx, HPR_ERR_ARG, "block tolerance %g is not in [0, 1)", options->block_tolerance);
+    if (!(options->solver_tolerance > 0 && options->solver_tolerance < 1))
+        return hpr_fail(ctx, HPR_ERR_ARG, "solver tolerance %g is not in (0, 1)", options->solver_tolerance);
+    if (options->max_sweeps < 1)
+        return hpr_fail(ctx, HPR_ERR_ARG, "at least one sweep is needed, not %d", options->max_sweeps);
+    return HPR_OK;
+}
+
+static hpr_status copy_text(hpr_context *ctx, const char *text, char **copy)
+{
+    *copy = hpr_duplicate_text(ctx, text ? text : "");
+    return *copy ? HPR_OK : hpr_fail(ctx, HPR_ERR_MEMORY, "out of memory: a name");
+}
+
+static hpr_status copy_cameras(hpr_solution *solution, const hpr_scene *scene)
+{
+    hpr_context *ctx = solution->context;
+    hpr_camera framing;
+    const hpr_camera *cameras = scene->camera;
+    size_t count = scene->camera_count;
+    if (count == 0) {
+        hpr_patches_frame(solution->patches, &framing);
+        cameras = &framing;
+        count = 1;
+    }
+    hpr_status status = hpr_allocate_into(ctx, &solution->camera, count, sizeof *solution->camera, "cameras");
+    solution->camera_count = status == HPR_OK ? count : 0;
+    for (size_t i = 0; status == HPR_OK && i < count; i++) {
+        solution->camera[i] = cameras[i];
+        status = copy_text(ctx, cameras[i].name, &solution->camera[i].name);
+    }
+    return status;
+}
+
+static hpr_status describe(hpr_solution *solution, const hpr_scene *scene)
+{
+    hpr_context *ctx = solution->context;
+    size_t n = scene->channel_count;
+    const char *slash = strrchr(scene->path, '/');
+    hpr_status status = copy_text(ctx, slash ? slash + 1 : scene->path, &solution->scene_name);
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &solution->channel_name, n, sizeof(char *), "channel names");
+    solution->channel_count = n;
+    for (size_t c = 0; status == HPR_OK && c < n; c++)
+        status = copy_text(ctx, scene->channel_name[c], &solution->channel_name[c]);
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &solution->energy, n, sizeof *solution->energy, "energy terms");
+    return status;
+}
+
+static hpr_status make_mesh(hpr_solution *solution, const hpr_scene *scene, const hpr_solve_options *options)
+{
+    hpr_context *ctx = solution->context;
+    hpr_status status = hpr_patches_build(scene, &solution->patches);
+    if (status == HPR_OK)
+        status =
+            hpr_elements_uniform(solution->patches, options->order, options->subdivide, &solution->elements);
+    if (status != HPR_OK)
+        return status;
+    const hpr_elements *e = solution->elements;
+    size_t dofs = e->dof[e->leaf_count];
+    status = hpr_allocate_into(ctx, &solution->irradiance, dofs * solution->channel_count, sizeof(double),
+                               "the solution");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &solution->error, e->leaf_count, sizeof(double), "the solution");
+    for (size_t i = 0; status == HPR_OK && i < e->leaf_count; i++)
+        solution->error[i] = NAN;
+    solution->summary.patch_count = solution->patches->count;
+    solution->summary.degenerate_count = solution->patches->degenerate_count;
+    solution->summary.duplicate_count = solution->patches->duplicate_count;
+    solution->summary.element_count = e->leaf_count;
+    solution->summary.dof_count = dofs;
+    return status;
+}
+
+static bool channels_agree(const hpr_patches *patches)
+{
+    size_t n = patches->channel_count;
+    for (size_t i = 0; i < patches->count * n; i++) {
+        size_t first = i - i % n;
+        if (patches->exitance[i] != patches->exitance[first] ||
+            patches->reflectance[i] != patches->reflectance[first])
+            return false;
+    }
+    return true;
+}
+
+static bool has_light(const hpr_patches *patches)
+{
+    for (size_t i = 0; i < patches->count * patches->channel_count; i++) {
+        if (patches->exitance[i] > 0)
+            return true;
+    }
+    return false;
+}
+
+/* Every `stride`-th value of a table of [count][channels] spread to or taken from one of [count][1]. */
+static void copy_channels(double *to, size_t to_channels, const double *from, size_t from_channels,
+                          size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        for (size_t c = 0; c < to_channels; c++)
+            to[i * to_channels + c] = from[i * from_channels + (from_channels == 1 ? 0 : c)];
+    }
+}
+
+/* Solves as many channels as differ. */
+static hpr_status solve_system(hpr_solution *solution, const hpr_links *links,
+                               const hpr_solve_options *options)
+{
+    hpr_context *ctx = solution->context;
+    const hpr_patches *patches = solution->patches;
+    size_t n = solution->channel_count, dofs = solution->summary.dof_count;
+    size_t solved = channels_agree(patches) ? 1 : n;
+    double *exitance = NULL, *reflectance = NULL;
+    hpr_gauss_seidel problem = {.patches = patches,
+                                .links = links,
+                                .channel_count = solved,
+                                .tolerance = options->solver_tolerance,
+                                .max_sweeps = options->max_sweeps};
+    hpr_status status =
+        hpr_allocate_into(ctx, &exitance, patches->count * solved, sizeof(double), "the solver");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &reflectance, patches->count * solved, sizeof(double), "the solver");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &problem.irradiance, dofs * solved, sizeof(double), "the solver");
+    if (status == HPR_OK) {
+        copy_channels(exitance, solved, patches->exitance, n, patches->count);
+        copy_channels(reflectance, solved, patches->reflectance, n, patches->count);
+        problem.exitance = exitance;
+        problem.reflectance = reflectance;
+        status = hpr_gauss_seidel_solve(&problem);
+        copy_channels(solution->irradiance, n, problem.irradiance, solved, dofs);
+    }
+    solution->summary.channels_solved = solved;
+    solution->summary.sweeps = problem.sweeps;
+    solution->summary.residual = problem.residual;
+    hpr_release(ctx, exitance);
+    hpr_release(ctx, reflectance);
+    hpr_release(ctx, problem.irradiance);
+    return status;
+}
+
+/* Stages in order; each fills its part of the solution. */
+static hpr_status transport(hpr_solution *solution, const hpr_solve_options *options)
+{
+    hpr_context *ctx = solution->context;
+    hpr_links *links = NULL;
+    hpr_stage_begin(ctx, "assembly");
+    hpr_status status =
+        hpr_links_assemble(solution->patches, solution->elements, options->block_tolerance, &links);
+    hpr_stage_end(ctx);
+    if (status != HPR_OK)
+        return status;
+    hpr_solve_summary *summary = &solution->summary;
+    summary->link_count = links->count;
+    summary->block_bytes = links->block_count * sizeof(double);
+    summary->block_tolerance = links->tolerance;
+    summary->short_count = links->short_count;
+    summary->occluded = links->occluded;
+    if (links->short_count)
+        hpr_warn(ctx, "%zu kernel blocks stopped short of their tolerance %g", links->short_count,
+                 links->tolerance);
+    hpr_stage_begin(ctx, "solver");
+    status = solve_system(solution, links, options);
+    hpr_stage_end(ctx);
+    hpr_links_destroy(&links);
+    return status;
+}
+
+hpr_status hpr_solve(hpr_context *context, const hpr_scene *scene, const hpr_solve_options *options,
+                     hpr_solution **out)
+{
+    hpr_solve_options defaults;
+    hpr_solve_options_init(&defaults);
+    options = options ? options : &defaults;
+    hpr_context_clear_error(context);
+    *out = NULL;
+    hpr_solution *solution = NULL;
+    hpr_status status = check_options(context, options);
+    if (status == HPR_OK)
+        status = hpr_allocate_into(context, &solution, 1, sizeof *solution, "a solution");
+    if (status != HPR_OK)
+        return status;
+    solution->context = context;
+    solution->summary.options = *options;
+    hpr_stage_begin(context, "mesh");
+    status = describe(solution, scene);
+    if (status == HPR_OK)
+        status = make_mesh(solution, scene, options);
+    if (status == HPR_OK)
+        status = copy_cameras(solution, scene);
+    hpr_stage_end(context);
+    if (status == HPR_OK && solution->patches->count == 0)
+        hpr_warn(context, "%s: no surface; the solution is empty", scene->path);
+    else if (status == HPR_OK && !has_light(solution->patches))
+        hpr_warn(context, "%s: no light; the solution is zero", scene->path);
+    else if (status == HPR_OK) {
+        status = transport(solution, options);
+        if (status == HPR_OK) {
+            hpr_stage_begin(context, "energy");
+            status = hpr_energy_compute(solution);
+            hpr_stage_end(context);
+        }
+    }
+    if (status != HPR_OK)
+        hpr_solution_destroy(&solution);
+    *out = solution;
+    return status;
+}

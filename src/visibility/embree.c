@@ -1,0 +1,259 @@
+/*
+ * The only file that knows Embree (3.13 or 4). Faces are user geometry: Embree walks its tree of boxes in
+ * float32 and calls back with every face whose box the ray may touch; the predicates in double decide. (Its
+ * own triangles and quads would not do: a float32 ray that starts 1e-8 in front of a wall starts behind it.)
+ * A float32 ray strays from the true one by less than 4e-7 (|x'| <= 1, length <= 2: rounding of origin and
+ * direction, 6e-8 and 2 x 6e-8 per axis); boxes are padded by `padding`, so no face is missed.
+ */
+#include "visibility/faces.h"
+
+#include <hprad/version.h>
+#include <stdio.h>
+#include <string.h>
+
+#if HPR_EMBREE_MAJOR >= 4
+#include <embree4/rtcore.h>
+typedef struct RTCRayQueryContext query_base;
+#else
+#include <embree3/rtcore.h>
+typedef struct RTCIntersectContext query_base;
+#endif
+
+const char *hpr_embree_version(void)
+{
+    return RTC_VERSION_STRING;
+}
+
+static const float padding = 1e-6f;
+
+struct hpr_rays {
+    const hpr_visibility *visibility;
+    RTCDevice device;
+    RTCScene scene;
+};
+
+/* Embree hands the context through to the callbacks, which find the query behind it. */
+typedef struct occlusion_query {
+    query_base base; /* first, so that the pointers agree */
+    const hpr_visibility *visibility;
+    const double *x, *y;
+    const uint32_t *listed;
+    size_t listed_count;
+} occlusion_query;
+
+typedef struct first_query {
+    query_base base;
+    const hpr_visibility *visibility;
+    const hpr_ray *ray;
+    hpr_hit best;
+    bool back;
+} first_query;
+
+static bool is_listed(const uint32_t *listed, size_t count, uint32_t patch)
+{
+    while (count > 0) {
+        size_t half = count / 2;
+        if (listed[half] == patch)
+            return true;
+        if (listed[half] < patch) {
+            listed += half + 1;
+            count -= half + 1;
+        } else {
+            count = half;
+        }
+    }
+    return false;
+}
+
+static void bounds_of_face(const struct RTCBoundsFunctionArguments *args)
+{
+    const hpr_visibility *visibility = args->geometryUserPtr;
+    const hpr_face *face = &visibility->face[visibility->front[args->primID]];
+    struct RTCBounds *box = args->bounds_o;
+    box->lower_x = (float)face->low[0] - padding;
+    box->lower_y = (float)face->low[1] - padding;
+    box->lower_z = (float)face->low[2] - padding;
+    box->upper_x = (float)face->high[0] + padding;
+    box->upper_y = (float)face->high[1] + padding;
+    box->upper_z = (float)face->high[2] + padding;
+}
+
+static void occlusion_of_face(const struct RTCOccludedFunctionNArguments *args)
+{
+    const occlusion_query *query = (const occlusion_query *)args->context;
+    const hpr_visibility *visibility = query->visibility;
+    uint32_t patch = visibility->front[args->primID];
+    if (args->valid[0] && hpr_face_blocks(visibility, &visibility->face[patch], query->x, query->y) &&
+        is_listed(query->listed, query->listed_count, patch))
+        ((struct RTCRay *)args->ray)->tfar = -INFINITY;
+}
+
+static void hit_of_face(const struct RTCIntersectFunctionNArguments *args)
+{
+    first_query *query = (first_query *)args->context;
+    const hpr_ray *ray = query->ray;
+    const hpr_face *face = &query->visibility->face[query->visibility->front[args->primID]];
+    hpr_hit hit;
+    bool back;
+    if (!args->valid[0] || !hpr_face_hit(query->visibility, face, ray->base, ray->direction, &hit.distance,
+                                         &hit.s, &hit.t, &back))
+        return;
+    float reached = (float)hit.distance;
+    hit.distance += ray->offset;
+    if (!(hit.distance > ray->near && hit.distance < ray->far) || (ray->cull && back && face->single))
+        return;
+    hit.patch = face->patch;
+    if (back && !face->single) {
+        /* The twin has the edges exchanged. */
+        double s = hit.s;
+        hit.patch = query->visibility->patches->twin[face->patch];
+        hit.s = hit.t;
+        hit.t = s;
+        back = false;
+    }
+    hpr_hit *best = &query->best;
+    if (hit.distance > best->distance || (hit.distance == best->distance && hit.patch > best->patch))
+        return;
+    *best = hit;
+    query->back = back;
+    /* Whatever is as near must still be shown, so the ray ends a little behind the hit. */
+    struct RTCRay *embree_ray = (struct RTCRay *)args->rayhit;
+    embree_ray->tfar = fminf(embree_ray->tfar, reached + padding);
+}
+
+static hpr_status device_failure(hpr_context *ctx, RTCDevice device, const char *doing)
+{
+    enum RTCError error = rtcGetDeviceError(device);
+    if (error == RTC_ERROR_OUT_OF_MEMORY)
+        return hpr_fail(ctx, HPR_ERR_MEMORY, "out of memory: Embree, %s", doing);
+    return hpr_fail(ctx, HPR_ERR_DEVICE, "Embree refused %s (error %d)", doing, (int)error);
+}
+
+static hpr_status build_scene(hpr_rays *rays)
+{
+    hpr_context *ctx = rays->visibility->context;
+    char settings[64];
+    snprintf(settings, sizeof settings, "threads=1,max_isa=%s", hpr_context_isa(ctx));
+    rays->device = rtcNewDevice(settings);
+    if (!rays->device)
+        return device_failure(ctx, NULL, "to start");
+    rays->scene = rtcNewScene(rays->device);
+    RTCGeometry geometry = rtcNewGeometry(rays->device, RTC_GEOMETRY_TYPE_USER);
+    if (!rays->scene || !geometry) {
+        if (geometry)
+            rtcReleaseGeometry(geometry);
+        return device_failure(ctx, rays->device, "a scene");
+    }
+    rtcSetSceneFlags(rays->scene, RTC_SCENE_FLAG_ROBUST);
+    rtcSetGeometryUserPrimitiveCount(geometry, (unsigned)rays->visibility->front_count);
+    rtcSetGeometryUserData(geometry, (void *)rays->visibility);
+    rtcSetGeometryBoundsFunction(geometry, bounds_of_face, NULL);
+    rtcSetGeometryIntersectFunction(geometry, hit_of_face);
+    rtcSetGeometryOccludedFunction(geometry, occlusion_of_face);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(rays->scene, geometry);
+    rtcReleaseGeometry(geometry);
+    rtcCommitScene(rays->scene);
+    enum RTCError error = rtcGetDeviceError(rays->device);
+    if (error == RTC_ERROR_OUT_OF_MEMORY)
+        return hpr_fail(ctx, HPR_ERR_MEMORY, "out of memory: Embree's tree of %zu faces",
+                        rays->visibility->front_count);
+    if (error != RTC_ERROR_NONE)
+        return hpr_fail(ctx, HPR_ERR_DEVICE, "Embree refused the tree of %zu faces (error %d)",
+                        rays->visibility->front_count, (int)error);
+    return HPR_OK;
+}
+
+hpr_status hpr_rays_create(const hpr_visibility *visibility, hpr_rays **out)
+{
+    *out = NULL;
+    hpr_rays *rays = NULL;
+    hpr_status status = hpr_allocate_into(visibility->context, &rays, 1, sizeof *rays, "rays");
+    if (status != HPR_OK)
+        return status;
+    rays->visibility = visibility;
+    status = build_scene(rays);
+    if (status != HPR_OK)
+        hpr_rays_destroy(&rays);
+    *out = rays;
+    return status;
+}
+
+void hpr_rays_destroy(hpr_rays **out)
+{
+    hpr_rays *rays = *out;
+    if (!rays)
+        return;
+    if (rays->scene)
+        rtcReleaseScene(rays->scene);
+    if (rays->device)
+        rtcReleaseDevice(rays->device);
+    hpr_release(rays->visibility->context, rays);
+    *out = NULL;
+}
+
+static void set_ray(struct RTCRay *ray, const double origin[3], const double direction[3], double length)
+{
+    *ray = (struct RTCRay){.org_x = (float)origin[0],
+                           .org_y = (float)origin[1],
+                           .org_z = (float)origin[2],
+                           .dir_x = (float)direction[0],
+                           .dir_y = (float)direction[1],
+                           .dir_z = (float)direction[2],
+                           .tfar = (float)length,
+                           .mask = UINT32_MAX};
+}
+
+/* The one difference between the two versions: where the context goes. */
+static void trace_occlusion(RTCScene scene, query_base *base, struct RTCRay *ray)
+{
+#if HPR_EMBREE_MAJOR >= 4
+    struct RTCOccludedArguments arguments;
+    rtcInitRayQueryContext(base);
+    rtcInitOccludedArguments(&arguments);
+    arguments.context = base;
+    rtcOccluded1(scene, ray, &arguments);
+#else
+    rtcInitIntersectContext(base);
+    rtcOccluded1(scene, base, ray);
+#endif
+}
+
+static void trace_first(RTCScene scene, query_base *base, struct RTCRayHit *ray)
+{
+#if HPR_EMBREE_MAJOR >= 4
+    struct RTCIntersectArguments arguments;
+    rtcInitRayQueryContext(base);
+    rtcInitIntersectArguments(&arguments);
+    arguments.context = base;
+    rtcIntersect1(scene, ray, &arguments);
+#else
+    rtcInitIntersectContext(base);
+    rtcIntersect1(scene, base, ray);
+#endif
+}
+
+bool hpr_rays_blocked(const hpr_rays *rays, const double x[3], const double y[3], const double start[3],
+                      const double stop[3], const uint32_t *listed, size_t listed_count)
+{
+    occlusion_query query = {
+        .visibility = rays->visibility, .x = x, .y = y, .listed = listed, .listed_count = listed_count};
+    double step[3];
+    struct RTCRay ray;
+    hpr_subtract3(stop, start, step);
+    set_ray(&ray, start, step, 1);
+    trace_occlusion(rays->scene, &query.base, &ray);
+    return ray.tfar < 0;
+}
+
+hpr_hit hpr_rays_first(const hpr_rays *rays, const hpr_ray *ray, bool *back)
+{
+    first_query query = {
+        .visibility = rays->visibility, .ray = ray, .best = {.patch = HPR_NONE, .distance = INFINITY}};
+    struct RTCRayHit embree_ray = {
+        .hit = {.primID = RTC_INVALID_GEOMETRY_ID, .geomID = RTC_INVALID_GEOMETRY_ID}};
+    set_ray(&embree_ray.ray, ray->base, ray->direction, ray->length + (double)padding);
+    trace_first(rays->scene, &query.base, &embree_ray);
+    *back = query.back;
+    return query.best;
+}

@@ -1,0 +1,101 @@
+/*
+ * What visibility knows of a patch, and the two predicates in double that decide every ray.
+ *
+ * All of it is in scene units: x' = (x - centre) * scale with scale a power of two, so that every corner has
+ * |x'| <= 1, differences of neighbouring points lose nothing to the scene's offset, and a length goes back to
+ * metres exactly.
+ *
+ * slack is the distance below which two points are the same: 1e-12 of the scene plus what the coordinates of
+ * the input resolve, 8 eps max|x|. A plane separates two points if both are farther than slack from it. A
+ * crossing at the angle theta to the plane is known to slack / sin(theta); a patch is closed and grows by
+ * that much, at most by reach, so that patches that share an edge leave no gap. reach bounds the growth, so
+ * that the box of the grown patch (hpr_face.low, high) holds every accepted crossing: that makes "which
+ * candidates did Embree's tree show" irrelevant to the result.
+ */
+#ifndef HPR_VISIBILITY_FACES_H
+#define HPR_VISIBILITY_FACES_H
+
+#include "math/vec3.h"
+#include "visibility/rays.h"
+#include "visibility/visibility.h"
+
+typedef struct hpr_face {
+    double origin[3], normal[3];
+    double dual1[3], dual2[3]; /* s = dual1 . (x - origin), t = dual2 . (x - origin) */
+    double per_length[3];      /* change of s, t and 1 - s - t per length across their edges */
+    double low[3], high[3];    /* box of the corners after growing by reach */
+    uint32_t patch;
+    bool triangle;
+    bool single; /* no twin: the back lets culled rays through */
+    bool empty;  /* no area: nothing hits it */
+} hpr_face;
+
+struct hpr_visibility {
+    hpr_context *context;
+    const hpr_patches *patches;
+    double centre[3], scale, slack, reach;
+    hpr_face *face; /* [patches->count] */
+    size_t front_count;
+    uint32_t *front; /* [front_count] patches that are not the back of another, rising */
+    hpr_rays *rays;
+};
+
+static inline void hpr_scene_units(const hpr_visibility *visibility, const double point[3], double result[3])
+{
+    for (int k = 0; k < 3; k++)
+        result[k] = (point[k] - visibility->centre[k]) * visibility->scale;
+}
+
+/* Is origin + offset, a point of the plane, in the closed patch grown by `growth`? */
+static inline bool hpr_face_holds(const hpr_face *face, const double offset[3], double growth, double *s,
+                                  double *t)
+{
+    *s = hpr_dot3(face->dual1, offset);
+    *t = hpr_dot3(face->dual2, offset);
+    double grow_s = growth * face->per_length[0], grow_t = growth * face->per_length[1];
+    if (*s < -grow_s || *t < -grow_t)
+        return false;
+    if (face->triangle)
+        return *s + *t <= 1 + growth * face->per_length[2];
+    return *s <= 1 + grow_s && *t <= 1 + grow_t;
+}
+
+static inline double hpr_face_growth(const hpr_visibility *visibility, double sine)
+{
+    return fmin(visibility->slack / sine, visibility->reach);
+}
+
+/* Does the face cut the segment between x and y, in scene units? */
+static inline bool hpr_face_blocks(const hpr_visibility *visibility, const hpr_face *face, const double x[3],
+                                   const double y[3])
+{
+    double slack = visibility->slack, from_x[3], from_y[3], step[3], crossing[3], s, t;
+    hpr_subtract3(x, face->origin, from_x);
+    hpr_subtract3(y, face->origin, from_y);
+    double height_x = hpr_dot3(face->normal, from_x), height_y = hpr_dot3(face->normal, from_y);
+    if (!((height_x > slack && height_y < -slack) || (height_x < -slack && height_y > slack)) || face->empty)
+        return false;
+    double drop = height_x - height_y;
+    hpr_subtract3(y, x, step);
+    hpr_add_scaled3(from_x, height_x / drop, step, crossing);
+    return hpr_face_holds(face, crossing, hpr_face_growth(visibility, fabs(drop) / hpr_length3(step)), &s,
+                          &t);
+}
+
+/* Where the line base + distance * direction (length 1) meets the face; false if it does not. */
+static inline bool hpr_face_hit(const hpr_visibility *visibility, const hpr_face *face, const double base[3],
+                                const double direction[3], double *distance, double *s, double *t,
+                                bool *from_back)
+{
+    double offset[3], crossing[3];
+    double fall = hpr_dot3(face->normal, direction);
+    if (fall == 0 || face->empty)
+        return false;
+    hpr_subtract3(base, face->origin, offset);
+    *distance = -hpr_dot3(face->normal, offset) / fall;
+    *from_back = fall > 0;
+    hpr_add_scaled3(offset, *distance, direction, crossing);
+    return hpr_face_holds(face, crossing, hpr_face_growth(visibility, fabs(fall)), s, t);
+}
+
+#endif

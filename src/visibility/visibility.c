@@ -1,0 +1,191 @@
+#include "visibility/faces.h"
+
+#include <float.h>
+
+/* One blocker takes about 8 ns, a walk through the tree 60 ns (18 patches) to 600 ns (6000 patches). */
+enum { FEW_BLOCKERS = 16 };
+
+/* Corners of the scene have |x'| <= 1; what lies outside this ball touches no face. */
+static const double ball_radius = 1 + 1e-5;
+
+static void set_box(hpr_face *face, const double edge1[3], const double edge2[3], double reach)
+{
+    double a = reach * face->per_length[0], b = reach * face->per_length[1], c = reach * face->per_length[2];
+    const double triangle[4][2] = {{-a, -b}, {1 + c + b, -b}, {-a, 1 + c + a}, {-a, -b}};
+    const double parallelogram[4][2] = {{-a, -b}, {1 + a, -b}, {1 + a, 1 + b}, {-a, 1 + b}};
+    for (int k = 0; k < 3; k++) {
+        face->low[k] = INFINITY;
+        face->high[k] = -INFINITY;
+        for (int i = 0; i < 4; i++) {
+            const double *st = face->triangle ? triangle[i] : parallelogram[i];
+            double x = face->origin[k] + st[0] * edge1[k] + st[1] * edge2[k];
+            face->low[k] = fmin(face->low[k], x);
+            face->high[k] = fmax(face->high[k], x);
+        }
+    }
+}
+
+static void set_face(const hpr_visibility *visibility, size_t patch, hpr_face *face)
+{
+    const hpr_patches *patches = visibility->patches;
+    double edge1[3], edge2[3], across[3], sum[3];
+    hpr_scene_units(visibility, patches->origin + 3 * patch, face->origin);
+    for (int k = 0; k < 3; k++) {
+        edge1[k] = patches->edge1[3 * patch + k] * visibility->scale;
+        edge2[k] = patches->edge2[3 * patch + k] * visibility->scale;
+        face->normal[k] = patches->normal[3 * patch + k];
+    }
+    hpr_cross3(edge1, edge2, across);
+    double square = hpr_dot3(across, across);
+    face->patch = (uint32_t)patch;
+    face->triangle = patches->shape[patch] == HPR_SHAPE_TRIANGLE;
+    face->single = patches->twin[patch] == HPR_NONE;
+    face->empty = !(square >= DBL_MIN);
+    if (face->empty)
+        return;
+    hpr_cross3(edge2, across, face->dual1);
+    hpr_cross3(across, edge1, face->dual2);
+    for (int k = 0; k < 3; k++) {
+        face->dual1[k] /= square;
+        face->dual2[k] /= square;
+        sum[k] = face->dual1[k] + face->dual2[k];
+    }
+    face->per_length[0] = hpr_length3(face->dual1);
+    face->per_length[1] = hpr_length3(face->dual2);
+    face->per_length[2] = hpr_length3(sum);
+    set_box(face, edge1, edge2, visibility->reach);
+}
+
+static void set_units(hpr_visibility *visibility)
+{
+    double radius = hpr_patches_radius(visibility->patches, visibility->centre);
+    int exponent = 0;
+    if (radius > 0)
+        frexp(radius, &exponent);
+    visibility->scale = ldexp(1, -exponent);
+    double largest = radius;
+    for (int k = 0; k < 3; k++)
+        largest = fmax(largest, fabs(visibility->centre[k]) + radius);
+    visibility->slack = 1e-12 + 8 * DBL_EPSILON * largest * visibility->scale;
+    visibility->reach = fmax(1e-7, 2 * visibility->slack);
+}
+
+hpr_status hpr_visibility_create(const hpr_patches *patches, hpr_visibility **out)
+{
+    hpr_context *ctx = patches->context;
+    *out = NULL;
+    hpr_visibility *visibility = NULL;
+    hpr_status status = hpr_allocate_into(ctx, &visibility, 1, sizeof *visibility, "visibility");
+    if (status != HPR_OK)
+        return status;
+    visibility->context = ctx;
+    visibility->patches = patches;
+    set_units(visibility);
+    status =
+        hpr_allocate_into(ctx, &visibility->face, patches->count, sizeof *visibility->face, "visibility");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &visibility->front, patches->count, sizeof *visibility->front,
+                                   "visibility");
+    if (status != HPR_OK)
+        goto done;
+    for (size_t i = 0; i < patches->count; i++) {
+        set_face(visibility, i, &visibility->face[i]);
+        if (!visibility->face[i].empty && (patches->twin[i] == HPR_NONE || patches->side[i] == 0))
+            visibility->front[visibility->front_count++] = (uint32_t)i;
+    }
+    status = hpr_rays_create(visibility, &visibility->rays);
+done:
+    if (status != HPR_OK)
+        hpr_visibility_destroy(&visibility);
+    *out = visibility;
+    return status;
+}
+
+void hpr_visibility_destroy(hpr_visibility **out)
+{
+    hpr_visibility *visibility = *out;
+    if (!visibility)
+        return;
+    hpr_context *ctx = visibility->context;
+    hpr_rays_destroy(&visibility->rays);
+    hpr_release(ctx, visibility->face);
+    hpr_release(ctx, visibility->front);
+    hpr_release(ctx, visibility);
+    *out = NULL;
+}
+
+/*
+ * The part start < distance < stop of a line (direction of length 1) that is inside the ball around the
+ * scene; false if none is. The foot of the perpendicular comes first: the quadratic formula would lose a far
+ * origin's digits.
+ */
+static bool clip_to_ball(const double origin[3], const double direction[3], double *start, double *stop)
+{
+    double middle = -hpr_dot3(origin, direction), foot[3];
+    hpr_add_scaled3(origin, middle, direction, foot);
+    double square = ball_radius * ball_radius - hpr_dot3(foot, foot);
+    if (!(square > 0))
+        return false;
+    *start = fmax(*start, middle - sqrt(square));
+    *stop = fmin(*stop, middle + sqrt(square));
+    return *start < *stop;
+}
+
+/* Long lists: the segment inside the ball goes to the tree. */
+static bool blocked_by_many(const hpr_visibility *visibility, const double x[3], const double y[3],
+                            const uint32_t *blockers, size_t blocker_count)
+{
+    double direction[3], start = 0, a[3], b[3];
+    if (hpr_dot3(x, x) <= 1 && hpr_dot3(y, y) <= 1)
+        return hpr_rays_blocked(visibility->rays, x, y, x, y, blockers, blocker_count);
+    hpr_subtract3(y, x, direction);
+    double length = hpr_length3(direction), stop = length;
+    if (!(length > 0))
+        return false;
+    for (int k = 0; k < 3; k++)
+        direction[k] /= length;
+    if (!clip_to_ball(x, direction, &start, &stop))
+        return false;
+    hpr_add_scaled3(x, start, direction, a);
+    hpr_add_scaled3(x, stop, direction, b);
+    return hpr_rays_blocked(visibility->rays, x, y, a, b, blockers, blocker_count);
+}
+
+bool hpr_visibility_blocked(const hpr_visibility *visibility, const double x[3], const double y[3],
+                            const uint32_t *blockers, size_t blocker_count)
+{
+    double a[3], b[3];
+    hpr_scene_units(visibility, x, a);
+    hpr_scene_units(visibility, y, b);
+    if (blocker_count > FEW_BLOCKERS)
+        return blocked_by_many(visibility, a, b, blockers, blocker_count);
+    for (size_t i = 0; i < blocker_count; i++) {
+        if (hpr_face_blocks(visibility, &visibility->face[blockers[i]], a, b))
+            return true;
+    }
+    return false;
+}
+
+hpr_hit hpr_visibility_first_hit(const hpr_visibility *visibility, const double origin[3],
+                                 const double direction[3], double near, double far, bool cull, bool *back)
+{
+    const hpr_hit none = {.patch = HPR_NONE, .distance = INFINITY};
+    hpr_ray ray = {.near = near * visibility->scale, .far = far * visibility->scale, .cull = cull};
+    double start[3], entry = ray.near, stop = ray.far;
+    bool from_back = false;
+    hpr_scene_units(visibility, origin, start);
+    if (back)
+        *back = false;
+    if (!clip_to_ball(start, direction, &entry, &stop))
+        return none;
+    ray.offset = entry;
+    ray.length = stop - entry;
+    for (int k = 0; k < 3; k++)
+        ray.direction[k] = direction[k];
+    hpr_add_scaled3(start, entry, direction, ray.base);
+    hpr_hit hit = hpr_rays_first(visibility->rays, &ray, &from_back);
+    if (back)
+        *back = from_back;
+    hit.distance /= visibility->scale;
+    return hit;
+}

@@ -104,7 +104,8 @@ cell open_cell(const integrand &f, double x, double y)
 
 void add_point(const integrand &f, const cell &c, const corner &p, double weight, sum &total)
 {
-    double a = p.x - c.x, b = p.y - c.y;
+    /* Beyond a clamped edge the texels agree; extrapolated weights would only cancel. */
+    double a = std::clamp(p.x - c.x, 0.0, 1.0), b = std::clamp(p.y - c.y, 0.0, 1.0);
     double corner_weight[4] = {(1 - a) * (1 - b), a * (1 - b), (1 - a) * b, a * b};
     for (size_t k = 0; k < 3; k++) {
         double colour = f.colour[0][k] + p.xi * (f.colour[1][k] - f.colour[0][k]) +

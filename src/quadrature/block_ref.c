@@ -13,9 +13,9 @@ struct hpr_quadrature {
 struct hpr_block_scratch {
     hpr_context *context;
     hpr_group points, trial; /* the choice of rules works in `trial` while `points` is being evaluated */
-    double send_basis[(size_t)HPR_POINTS_MAX * HPR_MAX_BASIS]; /* [points][n_send] */
-    double recv_basis[HPR_MAX_BASIS];
-    double transported[HPR_MAX_BASIS]; /* sum over sender points of G phi_l */
+    double inner_basis[(size_t)HPR_POINTS_MAX * HPR_MAX_BASIS]; /* [points][functions] */
+    double outer_basis[HPR_MAX_BASIS];
+    double transported[HPR_MAX_BASIS]; /* sum over inner points of G phi_l */
     double kernel[HPR_POINTS_MAX];
 };
 
@@ -76,47 +76,71 @@ static void scene_point(const hpr_element_frame *frame, double s, double t, doub
     hpr_vec3_store(point, hpr_frame_point(frame, s, t));
 }
 
+/* One side of a group in the evaluation: `outer` is gone through point by point, all of `inner` for each. */
+typedef struct group_side {
+    const hpr_points *points;
+    const hpr_element_frame *frame;
+    size_t basis_count;
+} group_side;
+
 /* Zeroes the kernel where the ray is blocked. */
-static void sample_visibility(const evaluation *e, const hpr_points *recv, int i, const hpr_points *send,
+static void sample_visibility(const evaluation *e, const group_side *outer, int i, const group_side *inner,
                               double *kernel)
 {
     double x[3], y[3];
-    scene_point(&e->task->recv, recv->s[i], recv->t[i], x);
-    for (int j = 0; j < send->count; j++) {
-        scene_point(&e->task->send, send->s[j], send->t[j], y);
+    scene_point(outer->frame, outer->points->s[i], outer->points->t[i], x);
+    for (int j = 0; j < inner->points->count; j++) {
+        scene_point(inner->frame, inner->points->s[j], inner->points->t[j], y);
         if (hpr_visibility_blocked(e->task->visibility, x, y, e->task->blockers, e->task->blocker_count))
             kernel[j] = 0;
     }
-    e->result->ray_count += (uint64_t)send->count;
+    e->result->ray_count += (uint64_t)inner->points->count;
+}
+
+/* sum over inner points of kernel * phi_l. */
+static void transport(const hpr_block_scratch *scratch, const group_side *inner, double *transported)
+{
+    memset(transported, 0, inner->basis_count * sizeof *transported);
+    for (int j = 0; j < inner->points->count; j++) {
+        const double *basis = scratch->inner_basis + (size_t)j * inner->basis_count;
+        for (size_t l = 0; l < inner->basis_count; l++)
+            transported[l] += scratch->kernel[j] * basis[l];
+    }
+}
+
+/* block += left rightT, left [n_recv], right [n_send] */
+static void add_product(const evaluation *e, const double *left, const double *right)
+{
+    for (size_t k = 0; k < e->n_recv; k++) {
+        for (size_t l = 0; l < e->n_send; l++)
+            e->block[k * e->n_send + l] += left[k] * right[l];
+    }
 }
 
 static void add_group(void *user, const hpr_group *group)
 {
     evaluation *e = user;
     hpr_block_scratch *scratch = e->scratch;
-    const hpr_points *recv = &group->recv, *send = &group->send;
+    const group_side recv = {&group->recv, &e->task->recv, e->n_recv};
+    const group_side send = {&group->send, &e->task->send, e->n_send};
+    /* Each outer point costs an update of the whole block, so the side with fewer points is the outer one. */
+    bool by_recv = group->recv.count <= group->send.count;
+    const group_side *outer = by_recv ? &recv : &send, *inner = by_recv ? &send : &recv;
     const double scale = group->scale / 3.14159265358979323846;
-    for (int j = 0; j < send->count; j++)
-        hpr_basis_eval(e->task->send.shape, e->task->send.degree, send->s[j], send->t[j],
-                       scratch->send_basis + (size_t)j * e->n_send);
-    for (int i = 0; i < recv->count; i++) {
-        kernel_row(recv, i, send, scale * recv->weight[i], scratch->kernel);
+    for (int j = 0; j < inner->points->count; j++)
+        hpr_basis_eval(inner->frame->shape, inner->frame->degree, inner->points->s[j], inner->points->t[j],
+                       scratch->inner_basis + (size_t)j * inner->basis_count);
+    for (int i = 0; i < outer->points->count; i++) {
+        kernel_row(outer->points, i, inner->points, scale * outer->points->weight[i], scratch->kernel);
         if (e->task->blocker_count)
-            sample_visibility(e, recv, i, send, scratch->kernel);
-        memset(scratch->transported, 0, e->n_send * sizeof(double));
-        for (int j = 0; j < send->count; j++) {
-            const double *basis = scratch->send_basis + (size_t)j * e->n_send;
-            for (size_t l = 0; l < e->n_send; l++)
-                scratch->transported[l] += scratch->kernel[j] * basis[l];
-        }
-        hpr_basis_eval(e->task->recv.shape, e->task->recv.degree, recv->s[i], recv->t[i],
-                       scratch->recv_basis);
-        for (size_t k = 0; k < e->n_recv; k++) {
-            for (size_t l = 0; l < e->n_send; l++)
-                e->block[k * e->n_send + l] += scratch->recv_basis[k] * scratch->transported[l];
-        }
+            sample_visibility(e, outer, i, inner, scratch->kernel);
+        transport(scratch, inner, scratch->transported);
+        hpr_basis_eval(outer->frame->shape, outer->frame->degree, outer->points->s[i], outer->points->t[i],
+                       scratch->outer_basis);
+        add_product(e, by_recv ? scratch->outer_basis : scratch->transported,
+                    by_recv ? scratch->transported : scratch->outer_basis);
     }
-    e->result->kernel_count += (uint64_t)recv->count * (uint64_t)send->count;
+    e->result->kernel_count += (uint64_t)recv.points->count * (uint64_t)send.points->count;
 }
 
 static void add_rule(void *user, const hpr_rule *rule)

@@ -14,6 +14,7 @@ static void add_program(cJSON *root, const hpr_context *ctx, bool *ok)
     cJSON *hprad = hpr_json_object(root, "hprad", ok);
     hpr_json_text(hprad, "version", hpr_version(), ok);
     hpr_json_text(hprad, "commit", hpr_commit(), ok);
+    hpr_json_text(hprad, "embree", hpr_embree_version(), ok);
     hpr_json_text(root, "isa", hpr_context_isa(ctx), ok);
     hpr_json_number(root, "threads", hpr_context_threads(ctx), ok);
 }

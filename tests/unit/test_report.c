@@ -114,6 +114,7 @@ static void keys_are_as_documented(void **state)
     assert_true(cJSON_IsNull(item_at(root, "error_estimate")));
     assert_string_equal(item_at(root, "hprad/version")->valuestring, hpr_version());
     assert_string_equal(item_at(root, "hprad/commit")->valuestring, hpr_commit());
+    assert_string_equal(item_at(root, "hprad/embree")->valuestring, hpr_embree_version());
     assert_string_equal(item_at(root, "isa")->valuestring, hpr_context_isa(f->context));
     assert_string_equal(item_at(root, "scene")->valuestring, "scenes/box.gltf");
     assert_string_equal(item_at(root, "energy/0/channel")->valuestring, "R");

@@ -65,6 +65,9 @@ hpr_cell hpr_cell_triangle(const double p0[2], const double p1[2], const double 
 /* Corners of a cell in space, 3 or 4; returns their number. */
 int hpr_cell_corners(const hpr_element_frame *frame, const hpr_cell *cell, hpr_vec3 corner[4]);
 
+/* Smallest distance of the outlines of two polygons. */
+double hpr_outline_distance(const hpr_vec3 *a, int a_count, const hpr_vec3 *b, int b_count);
+
 /* Smallest distance of two planar convex polygons that do not pierce each other. Source: Ericson 2005, 5.1.
  */
 double hpr_polygon_distance(const hpr_vec3 *a, int a_count, const hpr_vec3 *b, int b_count);

@@ -3,6 +3,7 @@
 #define HPRAD_HPRAD_H
 
 #include <hprad/context.h>
+#include <hprad/job.h>
 #include <hprad/render.h>
 #include <hprad/report.h>
 #include <hprad/scene.h>

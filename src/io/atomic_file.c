@@ -86,28 +86,48 @@ static hpr_status open_temporary(hpr_atomic_file *file, int *fd)
     return fail_errno(file, reason);
 }
 
+/* Takes over the descriptor, whether it fails or not. */
+static hpr_status attach(hpr_atomic_file *file, int fd)
+{
+    if (fd < 0)
+        return fail_errno(file, errno);
+    file->stream = fdopen(fd, "w");
+    if (file->stream)
+        return HPR_OK;
+    hpr_status status = fail_errno(file, errno);
+    close(fd);
+    return status;
+}
+
+hpr_status hpr_atomic_open_stdout(hpr_context *ctx, hpr_atomic_file *file)
+{
+    *file = (hpr_atomic_file){.context = ctx};
+    hpr_status status = copy_text(ctx, "standard output", &file->path);
+    if (status == HPR_OK) {
+        fflush(stdout); /* what was said before comes first */
+        status = attach(file, dup(STDOUT_FILENO));
+    }
+    if (status != HPR_OK)
+        hpr_atomic_abort(file);
+    return status;
+}
+
 hpr_status hpr_atomic_open(hpr_context *ctx, const char *path, hpr_atomic_file *file)
 {
+    if (!strcmp(path, "/dev/stdout")) /* which cannot be opened if it is a socket */
+        return hpr_atomic_open_stdout(ctx, file);
     *file = (hpr_atomic_file){.context = ctx};
     int fd = -1;
     bool direct = false;
     hpr_status status = copy_text(ctx, path, &file->path);
     if (status == HPR_OK)
         status = resolve(file, &direct);
-    if (status == HPR_OK && direct) {
+    if (status == HPR_OK && direct)
         fd = open(path, O_WRONLY | O_APPEND | O_CLOEXEC);
-        if (fd < 0)
-            status = fail_errno(file, errno);
-    } else if (status == HPR_OK) {
+    else if (status == HPR_OK)
         status = open_temporary(file, &fd);
-    }
-    if (status == HPR_OK) {
-        file->stream = fdopen(fd, "w");
-        if (!file->stream) {
-            status = fail_errno(file, errno);
-            close(fd);
-        }
-    }
+    if (status == HPR_OK)
+        status = attach(file, fd);
     if (status != HPR_OK)
         hpr_atomic_abort(file);
     return status;

@@ -26,6 +26,10 @@ typedef struct hpr_atomic_file {
  */
 hpr_status hpr_atomic_open(hpr_context *ctx, const char *path, hpr_atomic_file *file);
 
+/* The same for the process's standard output: named "standard output" in messages, written directly, and left
+ * open. */
+hpr_status hpr_atomic_open_stdout(hpr_context *ctx, hpr_atomic_file *file);
+
 /* Appends bytes. Errors: HPR_ERR_IO, HPR_ERR_INTERRUPTED. */
 hpr_status hpr_atomic_write(hpr_atomic_file *file, const void *data, size_t bytes);
 

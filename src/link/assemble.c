@@ -92,6 +92,11 @@ static size_t patch_dofs(const assembly *a, size_t patch)
     return e->dof[e->patch_leaf[patch + 1]] - e->dof[e->patch_leaf[patch]];
 }
 
+static size_t leaf_dofs(const assembly *a, size_t leaf)
+{
+    return a->elements->dof[leaf + 1] - a->elements->dof[leaf];
+}
+
 static size_t patch_leaves(const assembly *a, size_t patch)
 {
     return a->elements->patch_leaf[patch + 1] - a->elements->patch_leaf[patch];
@@ -209,6 +214,7 @@ static hpr_status list_blockers(assembly *a)
 typedef struct worker {
     hpr_block_scratch *scratch;
     uint32_t *blocker; /* [patch_count] */
+    double *block;     /* [HPR_MAX_BASIS]^2 */
     uint64_t counts[HPR_COUNTER_COUNT];
 } worker;
 
@@ -218,6 +224,7 @@ static void integrate_pair(const assembly *a, worker *w, size_t l, size_t leaf_i
     hpr_block_task task = {.recv = leaf_frame(a, leaf_i),
                            .send = leaf_frame(a, leaf_j),
                            .tolerance = a->links->tolerance,
+                           .negligible = a->links->tolerance,
                            .contact_m = a->patches->weld_m,
                            .visibility = a->visibility};
     if (a->verdict[link->recv * a->patches->count + link->send] == HPR_SEES_PARTLY) {
@@ -235,8 +242,11 @@ static void integrate_pair(const assembly *a, worker *w, size_t l, size_t leaf_i
             task.blocker_count = a->patches->count;
         }
     }
-    double *block = a->links->block + hpr_link_block(a->links, link, leaf_i, leaf_j);
-    hpr_block_result result = hpr_block_ref(a->quadrature, &task, block, w->scratch);
+    hpr_block_result result = hpr_block_ref(a->quadrature, &task, w->block, w->scratch);
+    size_t stride, rows = leaf_dofs(a, leaf_i), columns = leaf_dofs(a, leaf_j);
+    double *block = a->links->block + hpr_link_block(a->links, link, leaf_i, leaf_j, &stride);
+    for (size_t k = 0; k < rows; k++)
+        memcpy(block + k * stride, w->block + k * columns, columns * sizeof *block);
     hpr_counter kind = !result.seen         ? HPR_COUNT_PAIRS_HIDDEN
                        : task.blocker_count ? HPR_COUNT_PAIRS_PARTIAL
                                             : HPR_COUNT_PAIRS_VISIBLE;
@@ -293,6 +303,9 @@ static hpr_status integrate(assembly *a)
         if (status == HPR_OK)
             status = hpr_allocate_into(a->context, &workers[t].blocker, a->patches->count, sizeof(uint32_t),
                                        "blockers");
+        if (status == HPR_OK)
+            status = hpr_allocate_into(a->context, &workers[t].block, (size_t)HPR_MAX_BASIS * HPR_MAX_BASIS,
+                                       sizeof(double), "quadrature scratch");
     }
     if (status == HPR_OK)
         integrate_all(a, workers);
@@ -302,6 +315,7 @@ static hpr_status integrate(assembly *a)
         a->links->short_count += workers[t].counts[HPR_COUNT_SHORT];
         hpr_block_scratch_destroy(&workers[t].scratch);
         hpr_release(a->context, workers[t].blocker);
+        hpr_release(a->context, workers[t].block);
     }
     hpr_release(a->context, workers);
     if (status == HPR_OK && hpr_cancelled(a->context))

@@ -18,8 +18,8 @@ typedef struct hpr_links {
     const hpr_elements *elements; /* borrowed */
     size_t count;
     hpr_link *link; /* [count] rising (recv, send) */
-    /* Leaf i of recv and leaf j of send: row-major [n_i x n_j] at
-     * offset + (dof_i - first dof of recv) * (dofs of send) + n_i * (dof_j - first dof of send). */
+    /* One matrix per link, row-major [dofs of recv] x [dofs of send]: K_ij of leaves i, j is its submatrix at
+     * row dof_i - first dof of recv, column dof_j - first dof of send. */
     double *block;
     size_t block_count; /* doubles in block */
     size_t *row;        /* [patch_count + 1] into row_link */
@@ -29,8 +29,10 @@ typedef struct hpr_links {
     size_t short_count; /* blocks that stopped short of it */
 } hpr_links;
 
-/* Block of leaves i (of the link's receiver) and j (of its sender). */
-size_t hpr_link_block(const hpr_links *links, const hpr_link *link, size_t leaf_i, size_t leaf_j);
+/* First entry of the block of leaves i (of the link's receiver) and j (of its sender); rows are `*stride`
+ * apart. */
+size_t hpr_link_block(const hpr_links *links, const hpr_link *link, size_t leaf_i, size_t leaf_j,
+                      size_t *stride);
 
 /*
  * Integrates all blocks. tolerance 0: 1e-12 if no pair of patches may be blocked, 1e-6 else (sampled
@@ -42,10 +44,11 @@ hpr_status hpr_links_assemble(const hpr_patches *patches, const hpr_elements *el
 void hpr_links_destroy(hpr_links **links);
 
 /*
- * Irradiance of one leaf of patch `patch`: H_i = sum_j K_ij B_j.
- * radiosity: [dofs][channels]; irradiance: [n_i][channels]. Thread-safe.
+ * Irradiance of the leaves [leaf, leaf_end) of one patch: H_i = sum_j K_ij B_j.
+ * radiosity, irradiance: [channels][dofs]; only the rows of these leaves are written. Each value is summed in
+ * a fixed order that does not depend on the range. Thread-safe for distinct ranges.
  */
-void hpr_links_gather(const hpr_links *links, size_t patch, size_t leaf, size_t channel_count,
-                      const double *radiosity, double *irradiance);
+void hpr_links_gather(const hpr_links *links, size_t patch, size_t leaf, size_t leaf_end,
+                      size_t channel_count, const double *radiosity, double *irradiance);
 
 #endif

@@ -21,8 +21,9 @@ void hpr_block_scratch_destroy(hpr_block_scratch **scratch);
 
 typedef struct hpr_block_task {
     hpr_element_frame recv, send;
-    double tolerance; /* relative to the block's largest entry, > 0 */
-    double contact_m; /* points nearer than this count as touching, >= 0 */
+    double tolerance;  /* relative to the block's largest entry, > 0 */
+    double negligible; /* an absolute error that does not matter either, >= 0: far pairs get fewer nodes */
+    double contact_m;  /* points nearer than this count as touching, >= 0 */
     /* Patches that may come between; count 0: wholly visible, V = 1. Else V is sampled by a ray per pair of
      * quadrature points, and the tolerance does not cover the error of that. */
     const hpr_visibility *visibility;

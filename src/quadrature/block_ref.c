@@ -174,10 +174,13 @@ hpr_block_result hpr_block_ref(const hpr_quadrature *quadrature, const hpr_block
                     .result = &result};
     memset(block, 0, e.n_recv * e.n_send * sizeof *block);
     int degree = task->recv.degree > task->send.degree ? task->recv.degree : task->send.degree;
-    hpr_rule_demand demand = {.tolerance = task->tolerance, .contact_m = task->contact_m, .least_nodes = 1};
+    hpr_rule_demand demand = {.tolerance = task->tolerance,
+                              .negligible = task->negligible,
+                              .contact_m = task->contact_m,
+                              .least_nodes = 1};
     if (task->blocker_count) {
         demand.tolerance = fmax(task->tolerance, sampled_tolerance);
-        demand.least_nodes = degree + 3;
+        demand.least_nodes = degree + 2;
     }
     hpr_rule_outcome outcome =
         hpr_rules_choose(&quadrature->gauss, &pair, &demand, &scratch->trial, add_rule, &e);

@@ -66,9 +66,10 @@ double hpr_group_sum(const hpr_group *group);
 
 /* What the choice depends on besides the geometry. */
 typedef struct hpr_rule_demand {
-    double tolerance; /* relative to the block's largest entry */
-    double contact_m; /* points nearer than this count as touching */
-    int least_nodes;  /* product: at least so many nodes per axis (for sampling visibility) */
+    double tolerance;  /* relative to the block's largest entry */
+    double negligible; /* an absolute error of the (dimensionless) block that does not matter either */
+    double contact_m;  /* points nearer than this count as touching */
+    int least_nodes;   /* product: at least so many nodes per axis (for sampling visibility) */
 } hpr_rule_demand;
 
 typedef struct hpr_rule_outcome {

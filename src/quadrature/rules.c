@@ -8,6 +8,7 @@ typedef struct chooser {
     const hpr_gauss_table *gauss;
     const hpr_pair *pair;
     const hpr_rule_demand *demand;
+    double tolerance; /* relative, with what is negligible taken into account */
     hpr_group *group;
     hpr_rule_sink sink;
     void *user;
@@ -125,7 +126,7 @@ static void separate(chooser *c, const hpr_cell *recv, const hpr_cell *send, int
     double length[4] = {ea.length[0], ea.length[1], eb.length[0], eb.length[1]};
     int nodes[4], longest = 0;
     for (int i = 0; i < 4; i++) {
-        nodes[i] = kernel_nodes(length[i], distance, c->demand->tolerance);
+        nodes[i] = kernel_nodes(length[i], distance, c->tolerance);
         if (length[i] > length[longest])
             longest = i;
     }
@@ -175,7 +176,7 @@ static void touching(chooser *c, hpr_rule rule)
         rule.scale_nodes = 1;
         hpr_rule_points(c->gauss, c->pair, &rule, c->group, add_kernel_sum, &total);
         c->outcome.kernel_count += total.count;
-        reached = i > 0 && fabs(total.sum - before) <= c->demand->tolerance * fabs(total.sum);
+        reached = i > 0 && fabs(total.sum - before) <= c->tolerance * fabs(total.sum);
         before = total.sum;
     }
     c->outcome.stopped_short |= !reached;
@@ -252,18 +253,44 @@ static int total_degree(const hpr_element_frame *frame)
     return frame->shape == HPR_SHAPE_PARALLELOGRAM ? 2 * frame->degree : frame->degree;
 }
 
+static double largest_height(const hpr_affine *height, hpr_shape shape)
+{
+    double a = height->at_origin, b = a + height->along1, c = a + height->along2;
+    double d = shape == HPR_SHAPE_PARALLELOGRAM ? b + height->along2 : a;
+    return fmax(fmax(fmax(a, b), fmax(c, d)), 0);
+}
+
+/*
+ * The tolerance that applies: relative, or what is negligible next to the bound
+ * K^00 <= sqrt(A_r A_s) max G, G = h_r h_s / (pi r^4).
+ */
+static double tolerance_of(const hpr_pair *pair, const hpr_cell *recv, const hpr_cell *send,
+                           const hpr_rule_demand *demand)
+{
+    static const double loosest = 1e-2;
+    hpr_vec3 a[4], b[4];
+    int na = hpr_cell_corners(&pair->recv, recv, a), nb = hpr_cell_corners(&pair->send, send, b);
+    double r2 = pow(hpr_polygon_distance(a, na, b, nb), 2);
+    double heights = largest_height(&pair->recv_height, pair->recv.shape) *
+                     largest_height(&pair->send_height, pair->send.shape);
+    double numerator = heights * sqrt(pair->recv.area_m2 * pair->send.area_m2);
+    double allowed = demand->negligible * (3.14159265358979323846 * r2 * r2);
+    return fmax(demand->tolerance, fmin(loosest, numerator > 0 ? allowed / numerator : loosest));
+}
+
 hpr_rule_outcome hpr_rules_choose(const hpr_gauss_table *gauss, const hpr_pair *pair,
                                   const hpr_rule_demand *demand, hpr_group *group, hpr_rule_sink sink,
                                   void *user)
 {
     chooser c = {.gauss = gauss, .pair = pair, .demand = demand, .group = group, .sink = sink, .user = user};
+    hpr_cell recv = hpr_cell_whole(pair->recv.shape), send = hpr_cell_whole(pair->send.shape);
+    c.tolerance = tolerance_of(pair, &recv, &send, demand);
     /* Cells about as large as their distance cost least at low degree; at high degree the polynomials' own
      * nodes pay for larger ones. */
     int degree = pair->recv.degree > pair->send.degree ? pair->recv.degree : pair->send.degree;
-    c.kernel_cap = kernel_nodes(1, degree < 4 ? 1 : 0.5, demand->tolerance);
+    c.kernel_cap = kernel_nodes(1, degree < 4 ? 1 : 0.5, c.tolerance);
     c.recv_degree = total_degree(&pair->recv);
     c.send_degree = total_degree(&pair->send);
-    hpr_cell recv = hpr_cell_whole(pair->recv.shape), send = hpr_cell_whole(pair->send.shape);
     integrate(&c, &recv, &send, 0);
     return c.outcome;
 }

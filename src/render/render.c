@@ -64,7 +64,7 @@ static void render_pixel(const view *v, hpr_image *image, size_t row, size_t col
     for (uint32_t sample = 0; sample < v->strata.count; sample++) {
         double x, y;
         hpr_camera_ray ray;
-        hpr_strata_place(&v->strata, pixel, sample, &x, &y);
+        hpr_strata_place(&v->strata, sample, &x, &y);
         hpr_camera_ray_through(v->camera, v->aspect, ((double)column + x) / image->width,
                                ((double)row + y) / image->height, &ray);
         hpr_hit hit =

@@ -29,20 +29,15 @@ hpr_strata hpr_strata_of(uint32_t count)
     return strata;
 }
 
-/* The finaliser of splitmix64 (Steele, Lea & Flood 2014). */
-static uint64_t mix(uint64_t z)
+void hpr_strata_place(const hpr_strata *strata, uint32_t sample, double *x, double *y)
 {
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return z ^ (z >> 31);
-}
-
-void hpr_strata_place(const hpr_strata *strata, uint64_t pixel, uint32_t sample, double *x, double *y)
-{
-    uint64_t bits = mix((pixel * strata->count + sample + 1) * 0x9e3779b97f4a7c15u);
-    uint32_t column = strata->step ? sample : sample % strata->columns;
-    uint32_t row =
-        strata->step ? (uint32_t)((uint64_t)sample * strata->step % strata->count) : sample / strata->columns;
-    *x = (column + (double)(bits >> 32) * 0x1p-32) / strata->columns;
-    *y = (row + (double)(bits & UINT32_MAX) * 0x1p-32) / strata->rows;
+    if (strata->step) {
+        uint32_t row = (uint32_t)((uint64_t)sample * strata->step % strata->count);
+        *x = (sample + 0.5) / strata->count;
+        *y = (row + 0.5) / strata->count;
+        return;
+    }
+    uint32_t column = sample % strata->columns, row = sample / strata->columns;
+    *x = (column + (row + 0.5) / strata->rows) / strata->columns;
+    *y = (row + (column + 0.5) / strata->columns) / strata->rows;
 }

@@ -2,19 +2,18 @@
 
 #include <float.h>
 #include <math.h>
-#include <omp.h>
-#include <string.h>
 
-enum { MAX_ROW_DOFS = 289 };
+/* Leaves that one thread updates at a time; the result does not depend on it. */
+enum { CHUNK_LEAVES = 16 };
 
 typedef struct sweep {
     hpr_gauss_seidel *problem;
     const hpr_elements *elements;
     hpr_context *context;
-    double *radiosity;       /* [dofs][channels] */
-    double *change2, *norm2; /* [leaves][channels] squares, summed in leaf order afterwards */
-    size_t scratch_values;   /* per thread */
-    double *scratch;         /* [threads][scratch_values] */
+    size_t dofs;
+    double *radiosity;       /* [channels][dofs] */
+    double *fresh;           /* [channels][dofs] the newest irradiance */
+    double *change2, *norm2; /* [channels][leaves] squares, summed in leaf order afterwards */
 } sweep;
 
 /* B = M + rho H on one leaf. */
@@ -22,43 +21,51 @@ static void set_radiosity(sweep *s, size_t patch, size_t leaf)
 {
     const hpr_gauss_seidel *p = s->problem;
     const hpr_elements *e = s->elements;
-    size_t n = p->channel_count, first = e->dof[leaf] * n, count = (e->dof[leaf + 1] - e->dof[leaf]) * n;
     double constant = sqrt(e->area_m2[e->leaf[leaf]]); /* coefficient of the function 1 */
-    for (size_t i = 0; i < count; i++)
-        s->radiosity[first + i] = p->reflectance[n * patch + i % n] * p->irradiance[first + i];
-    for (size_t c = 0; c < n; c++)
-        s->radiosity[first + c] += constant * p->exitance[n * patch + c];
+    for (size_t c = 0; c < p->channel_count; c++) {
+        size_t pc = p->channel_count * patch + c, row = c * s->dofs;
+        for (size_t i = row + e->dof[leaf]; i < row + e->dof[leaf + 1]; i++)
+            s->radiosity[i] = p->reflectance[pc] * p->irradiance[i];
+        s->radiosity[row + e->dof[leaf]] += constant * p->exitance[pc];
+    }
 }
 
-/* Gathers one leaf; keeps the new value if `update`, and the squares of change and value in any case. */
-static void relax(sweep *s, size_t patch, size_t leaf, bool update)
+/* Squares of change and value of one leaf, and the new value taken over if `update`. */
+static void compare(sweep *s, size_t leaf, bool update)
 {
     const hpr_gauss_seidel *p = s->problem;
     const hpr_elements *e = s->elements;
-    size_t n = p->channel_count, first = e->dof[leaf] * n, count = (e->dof[leaf + 1] - e->dof[leaf]) * n;
-    double *fresh = s->scratch + (size_t)omp_get_thread_num() * s->scratch_values;
-    hpr_links_gather(p->links, patch, leaf, n, s->radiosity, fresh);
-    for (size_t c = 0; c < n; c++)
-        s->change2[n * leaf + c] = s->norm2[n * leaf + c] = 0;
-    for (size_t i = 0; i < count; i++) {
-        double change = fresh[i] - p->irradiance[first + i];
-        s->change2[n * leaf + i % n] += change * change;
-        s->norm2[n * leaf + i % n] += fresh[i] * fresh[i];
+    for (size_t c = 0; c < p->channel_count; c++) {
+        double change2 = 0, norm2 = 0;
+        for (size_t i = c * s->dofs + e->dof[leaf]; i < c * s->dofs + e->dof[leaf + 1]; i++) {
+            double change = s->fresh[i] - p->irradiance[i];
+            change2 += change * change;
+            norm2 += s->fresh[i] * s->fresh[i];
+            p->irradiance[i] = update ? s->fresh[i] : p->irradiance[i];
+        }
+        s->change2[c * e->leaf_count + leaf] = change2;
+        s->norm2[c * e->leaf_count + leaf] = norm2;
     }
-    if (update)
-        memcpy(p->irradiance + first, fresh, count * sizeof *fresh);
+}
+
+static void relax(sweep *s, size_t patch, size_t leaf, size_t leaf_end, bool update)
+{
+    hpr_links_gather(s->problem->links, patch, leaf, leaf_end, s->problem->channel_count, s->radiosity,
+                     s->fresh);
+    for (; leaf < leaf_end; leaf++)
+        compare(s, leaf, update);
 }
 
 /* Relative change of the last pass: the worst channel. */
 static double relative_change(const sweep *s)
 {
-    size_t n = s->problem->channel_count;
+    size_t leaves = s->elements->leaf_count;
     double worst = 0;
-    for (size_t c = 0; c < n; c++) {
+    for (size_t c = 0; c < s->problem->channel_count; c++) {
         double change2 = 0, norm2 = 0;
-        for (size_t leaf = 0; leaf < s->elements->leaf_count; leaf++) {
-            change2 += s->change2[n * leaf + c];
-            norm2 += s->norm2[n * leaf + c];
+        for (size_t i = c * leaves; i < (c + 1) * leaves; i++) {
+            change2 += s->change2[i];
+            norm2 += s->norm2[i];
         }
         if (change2 > 0)
             worst = fmax(worst, sqrt(change2 / norm2));
@@ -71,9 +78,12 @@ static double sweep_once(sweep *s, bool update)
     const hpr_elements *e = s->elements;
     for (size_t patch = 0; patch < e->patch_count; patch++) {
         size_t low = e->patch_leaf[patch], high = e->patch_leaf[patch + 1];
-#pragma omp parallel for schedule(static) num_threads(hpr_context_threads(s->context)) if (high - low >= 8)
-        for (size_t leaf = low; leaf < high; leaf++)
-            relax(s, patch, leaf, update);
+        size_t chunks = (high - low + CHUNK_LEAVES - 1) / CHUNK_LEAVES;
+#pragma omp parallel for schedule(static) num_threads(hpr_context_threads(s->context)) if (chunks > 1)
+        for (size_t chunk = 0; chunk < chunks; chunk++) {
+            size_t first = low + chunk * CHUNK_LEAVES, last = first + CHUNK_LEAVES;
+            relax(s, patch, first, last < high ? last : high, update);
+        }
         for (size_t leaf = low; update && leaf < high; leaf++)
             set_radiosity(s, patch, leaf);
     }
@@ -121,15 +131,14 @@ hpr_status hpr_gauss_seidel_solve(hpr_gauss_seidel *problem)
     const hpr_elements *e = problem->links->elements;
     hpr_context *ctx = problem->links->context;
     size_t n = problem->channel_count, dofs = e->dof[e->leaf_count];
-    sweep s = {.problem = problem, .elements = e, .context = ctx, .scratch_values = MAX_ROW_DOFS * n};
+    sweep s = {.problem = problem, .elements = e, .context = ctx, .dofs = dofs};
     hpr_status status = hpr_allocate_into(ctx, &s.radiosity, dofs * n, sizeof(double), "radiosity");
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &s.change2, e->leaf_count * n, sizeof(double), "the solver");
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &s.norm2, e->leaf_count * n, sizeof(double), "the solver");
     if (status == HPR_OK)
-        status = hpr_allocate_into(ctx, &s.scratch, (size_t)hpr_context_threads(ctx) * s.scratch_values,
-                                   sizeof(double), "the solver");
+        status = hpr_allocate_into(ctx, &s.fresh, dofs * n, sizeof(double), "the solver");
     if (status == HPR_OK) {
         for (size_t patch = 0; patch < e->patch_count; patch++) {
             for (size_t leaf = e->patch_leaf[patch]; leaf < e->patch_leaf[patch + 1]; leaf++)
@@ -141,6 +150,6 @@ hpr_status hpr_gauss_seidel_solve(hpr_gauss_seidel *problem)
     hpr_release(ctx, s.radiosity);
     hpr_release(ctx, s.change2);
     hpr_release(ctx, s.norm2);
-    hpr_release(ctx, s.scratch);
+    hpr_release(ctx, s.fresh);
     return status;
 }

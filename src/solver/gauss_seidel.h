@@ -14,7 +14,7 @@ typedef struct hpr_gauss_seidel {
     double tolerance;          /* on the estimated relative error of H: the worst channel's */
     int max_sweeps;
     /* out */
-    double *irradiance; /* [dofs][channel_count]; in: the start */
+    double *irradiance; /* [channel_count][dofs]; in: the start */
     int sweeps;
     double residual; /* |K B(H) - H| / |H|, worst channel, after the last sweep, computed afresh */
 } hpr_gauss_seidel;

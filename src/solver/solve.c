@@ -120,14 +120,12 @@ static bool has_light(const hpr_patches *patches)
     return false;
 }
 
-/* Every `stride`-th value of a table of [count][channels] spread to or taken from one of [count][1]. */
-static void copy_channels(double *to, size_t to_channels, const double *from, size_t from_channels,
+/* The first to_channels of each row of a table [count][from_channels]. */
+static void take_channels(double *to, size_t to_channels, const double *from, size_t from_channels,
                           size_t count)
 {
-    for (size_t i = 0; i < count; i++) {
-        for (size_t c = 0; c < to_channels; c++)
-            to[i * to_channels + c] = from[i * from_channels + (from_channels == 1 ? 0 : c)];
-    }
+    for (size_t i = 0; i < count; i++)
+        memcpy(to + i * to_channels, from + i * from_channels, to_channels * sizeof *to);
 }
 
 /* Solves as many channels as differ. */
@@ -151,12 +149,13 @@ static hpr_status solve_system(hpr_solution *solution, const hpr_links *links,
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &problem.irradiance, dofs * solved, sizeof(double), "the solver");
     if (status == HPR_OK) {
-        copy_channels(exitance, solved, patches->exitance, n, patches->count);
-        copy_channels(reflectance, solved, patches->reflectance, n, patches->count);
+        take_channels(exitance, solved, patches->exitance, n, patches->count);
+        take_channels(reflectance, solved, patches->reflectance, n, patches->count);
         problem.exitance = exitance;
         problem.reflectance = reflectance;
         status = hpr_gauss_seidel_solve(&problem);
-        copy_channels(solution->irradiance, n, problem.irradiance, solved, dofs);
+        for (size_t i = 0; i < n * dofs; i++)
+            solution->irradiance[i] = problem.irradiance[(solved == 1 ? 0 : i % n) * dofs + i / n];
     }
     solution->summary.channels_solved = solved;
     solution->summary.sweeps = problem.sweeps;

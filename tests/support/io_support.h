@@ -121,6 +121,7 @@ static inline bool mount_small(fixture *f)
 static inline unsigned char *slurp(const char *path, size_t *bytes)
 {
     FILE *stream = fopen(path, "rb");
+    *bytes = 0;
     if (!stream)
         return NULL;
     fseek(stream, 0, SEEK_END);

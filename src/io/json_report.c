@@ -1,0 +1,158 @@
+/* What a run did and cost, as JSON. The README lists the keys; they do not change their meaning. */
+#include "io/atomic_file.h"
+#include "io/json_text.h"
+#include "solver/solution.h"
+
+#include <hprad/report.h>
+#include <hprad/version.h>
+#include <math.h>
+#include <string.h>
+#include <sys/resource.h>
+
+static void add_program(cJSON *root, const hpr_context *ctx, bool *ok)
+{
+    cJSON *hprad = hpr_json_object(root, "hprad", ok);
+    hpr_json_text(hprad, "version", hpr_version(), ok);
+    hpr_json_text(hprad, "commit", hpr_commit(), ok);
+    hpr_json_text(hprad, "embree", hpr_embree_version(), ok);
+    hpr_json_text(root, "isa", hpr_context_isa(ctx), ok);
+    hpr_json_number(root, "threads", hpr_context_threads(ctx), ok);
+}
+
+static void add_counts(cJSON *root, const hpr_solution *solution, bool *ok)
+{
+    const hpr_solve_summary *summary = &solution->summary;
+    cJSON *settings = hpr_json_object(root, "settings", ok);
+    hpr_json_number(settings, "order", summary->options.order, ok);
+    hpr_json_number(settings, "subdivide", summary->options.subdivide, ok);
+    hpr_json_number(settings, "block_tolerance", summary->block_tolerance, ok);
+    hpr_json_number(settings, "solver_tolerance", summary->options.solver_tolerance, ok);
+    hpr_json_number(settings, "max_sweeps", summary->options.max_sweeps, ok);
+    const struct {
+        const char *key;
+        size_t value;
+    } counts[] = {
+        {"patches", summary->patch_count},
+        {"elements", summary->element_count},
+        {"dofs", summary->dof_count},
+        {"links", summary->link_count},
+        {"block_bytes", summary->block_bytes},
+        {"channels", solution->channel_count},
+        {"channels_solved", summary->channels_solved},
+        {"degenerate", summary->degenerate_count},
+        {"duplicate", summary->duplicate_count},
+    };
+    cJSON *object = hpr_json_object(root, "counts", ok);
+    for (size_t i = 0; i < sizeof counts / sizeof *counts; i++)
+        hpr_json_number(object, counts[i].key, (double)counts[i].value, ok);
+}
+
+static void add_counters(cJSON *root, const hpr_context *ctx, bool *ok)
+{
+    static const char *const keys[HPR_COUNTER_COUNT] = {
+        [HPR_COUNT_KERNEL] = "kernel_evaluations",   [HPR_COUNT_RAYS] = "rays",
+        [HPR_COUNT_CAMERA_RAYS] = "camera_rays",     [HPR_COUNT_BLOCKS] = "blocks",
+        [HPR_COUNT_PAIRS_HIDDEN] = "pairs_hidden",   [HPR_COUNT_PAIRS_VISIBLE] = "pairs_visible",
+        [HPR_COUNT_PAIRS_PARTIAL] = "pairs_partial", [HPR_COUNT_SHORT] = "blocks_short",
+    };
+    cJSON *counters = hpr_json_object(root, "counters", ok);
+    for (int i = 0; i < HPR_COUNTER_COUNT; i++) {
+        if (keys[i])
+            hpr_json_number(counters, keys[i], (double)hpr_counter_value(ctx, (hpr_counter)i), ok);
+    }
+}
+
+static double seconds(const struct timeval *time)
+{
+    return (double)time->tv_sec + 1e-6 * (double)time->tv_usec;
+}
+
+static void add_cost(cJSON *root, const hpr_context *ctx, bool *ok)
+{
+    hpr_stage_time times[HPR_MAX_STAGES];
+    size_t count = hpr_stage_times(ctx, times);
+    cJSON *stages = hpr_json_array(root, "stages", ok);
+    for (size_t i = 0; i < count; i++) {
+        cJSON *stage = hpr_json_object(stages, NULL, ok);
+        hpr_json_text(stage, "name", times[i].name, ok);
+        hpr_json_number(stage, "wall_seconds", times[i].wall_s, ok);
+        hpr_json_number(stage, "cpu_seconds", times[i].cpu_s, ok);
+    }
+    struct rusage usage = {0};
+    getrusage(RUSAGE_SELF, &usage);
+    hpr_json_number(root, "cpu_seconds", seconds(&usage.ru_utime) + seconds(&usage.ru_stime), ok);
+    hpr_json_number(root, "peak_memory_bytes", 1024.0 * (double)usage.ru_maxrss,
+                    ok); /* Linux counts in KiB */
+}
+
+static void add_accuracy(cJSON *root, const hpr_solve_summary *summary, bool *ok)
+{
+    cJSON *solver = hpr_json_object(root, "solver", ok);
+    hpr_json_number(solver, "sweeps", summary->sweeps, ok);
+    hpr_json_number(solver, "residual", summary->residual, ok);
+    hpr_json_number(solver, "blocks_short", (double)summary->short_count, ok);
+    hpr_json_bool(solver, "occluded", summary->occluded, ok);
+    hpr_json_null(root, "error_estimate", ok); /* until there is one */
+}
+
+static void add_energy(cJSON *root, const hpr_solution *solution, bool *ok)
+{
+    cJSON *channels = hpr_json_array(root, "energy", ok);
+    for (size_t c = 0; c < solution->channel_count; c++) {
+        const hpr_energy *energy = solution->energy + c;
+        double balance = energy->emitted - energy->absorbed - energy->lost_on_backs - energy->escaped;
+        cJSON *item = hpr_json_object(channels, NULL, ok);
+        hpr_json_text(item, "channel", solution->channel_name[c], ok);
+        hpr_json_number(item, "emitted", energy->emitted, ok);
+        hpr_json_number(item, "absorbed", energy->absorbed, ok);
+        hpr_json_number(item, "lost_on_backs", energy->lost_on_backs, ok);
+        hpr_json_number(item, "escaped", energy->escaped, ok);
+        hpr_json_number(item, "balance", balance, ok);
+        hpr_json_number(item, "relative", balance == 0 ? 0 : balance / energy->emitted, ok);
+    }
+}
+
+static void add_warnings(cJSON *root, const hpr_context *ctx, bool *ok)
+{
+    cJSON *warnings = hpr_json_array(root, "warnings", ok);
+    size_t count = hpr_warning_count(ctx);
+    for (size_t i = 0; i < count; i++)
+        hpr_json_text(warnings, NULL, hpr_warning_text(ctx, i), ok);
+}
+
+static char *print_report(const hpr_context *ctx, const hpr_solution *solution, const char *scene_path)
+{
+    bool ok = true;
+    cJSON *root = cJSON_CreateObject();
+    add_program(root, ctx, &ok);
+    hpr_json_text(root, "scene", scene_path ? scene_path : solution->scene_name, &ok);
+    add_counts(root, solution, &ok);
+    add_counters(root, ctx, &ok);
+    add_cost(root, ctx, &ok);
+    add_accuracy(root, &solution->summary, &ok);
+    add_energy(root, solution, &ok);
+    add_warnings(root, ctx, &ok);
+    char *text = ok ? cJSON_Print(root) : NULL;
+    cJSON_Delete(root);
+    return text;
+}
+
+hpr_status hpr_report_write(hpr_context *ctx, const hpr_solution *solution, const char *scene_path,
+                            const char *path)
+{
+    hpr_context_clear_error(ctx);
+    char *text = print_report(ctx, solution, scene_path);
+    if (!text)
+        return hpr_fail(ctx, HPR_ERR_MEMORY, "out of memory: a report");
+    hpr_atomic_file file;
+    hpr_status status = hpr_atomic_open(ctx, path, &file);
+    if (status == HPR_OK)
+        status = hpr_atomic_write(&file, text, strlen(text));
+    if (status == HPR_OK)
+        status = hpr_atomic_write(&file, "\n", 1);
+    if (status == HPR_OK)
+        status = hpr_atomic_commit(&file);
+    hpr_atomic_abort(&file);
+    cJSON_free(text);
+    return status;
+}

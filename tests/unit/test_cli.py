@@ -1,0 +1,341 @@
+#!/usr/bin/env python3
+"""The command from outside: test_cli.py HPRAD. Exit codes, messages, names of outputs, what failures leave."""
+import csv
+import json
+import os
+import struct
+import subprocess
+import sys
+import tempfile
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+from cli_support import Command, LONG_SOLVE, SIGNALS, interrupt, problems, small_disk, write_scene  # noqa: E402
+from tap import check, done  # noqa: E402
+
+SMALL = ("--size", "16x12", "--samples", "1")
+COARSE = ("--order", "0", "--subdivide", "1")
+
+COMMON = ["--threads", "--isa", "--quiet", "--verbose", "--version", "--help"]
+SOLVE = ["--order", "--subdivide", "--tol", "--block-tol", "--max-sweeps", "--max-reflectance", "--metallic",
+         "--scene-index", "--report"]
+RENDER = ["--camera", "--size", "--samples", "--png", "--exposure"]
+OPTIONS = {"": SOLVE + RENDER, "solve": SOLVE, "render": RENDER, "probe": []}
+
+# arguments after `hprad`: texts that the message must hold
+WRONG_USAGE = [
+    ((), ["solve, render, probe", "--help"]),
+    (("study", "one.gltf"), ["'study'", "verb", "file"]),
+    (("formfactors",), ["'formfactors'", "verb", "file"]),
+    (("--quiet", "solve", "one.gltf"), ["verb comes first", "solve"]),
+    (("solve",), ["one scene"]),
+    (("solve", ""), ["''", "one scene"]),
+    (("solve", "one.gltf", "two.gltf"), ["'two.gltf'", "too many"]),
+    (("render",), ["solution or scene"]),
+    (("probe", "one.glb"), ["table of points"]),
+    (("probe", "one.glb", "p.csv", "q.csv"), ["'q.csv'", "too many"]),
+    (("solve", "one.gltf", "--colour", "3"), ["--colour", "unknown option"]),
+    (("solve", "one.gltf", "-x"), ["-x", "unknown option"]),
+    (("solve", "one.gltf", "--order"), ["--order", "missing argument"]),
+    (("solve", "one.gltf", "--samples", "3"), ["--samples", "unknown option"]),
+    (("render", "one.gltf", "--order", "3"), ["--order", "unknown option"]),
+    (("solve", "one.gltf", "--tol", "1e-3"), ["--tol '1e-3'", "--order", "--subdivide"]),
+    (("solve", "one.gltf", "-o", ""), ["empty"]),
+    (("solve", "one.gltf", "--report", ""), ["--report"]),
+    (("one.gltf", "-o", "{frames}.exr"), ["{frames}", "{camera}", "{frame:04}"]),
+    (("render", "one.gltf", "-o", "{camera.exr"), ["{camera.exr", "{camera}"]),
+    (("render", "two.gltf", "-o", "x.exr"), ["'x.exr'", "2 cameras", "{camera}", "--camera"]),
+    (("render", "two.gltf", "-o", "x.exr", "--camera", "roof"), ["'roof'", "a_b", "camera0"]),
+    (("two.gltf", "--camera", "2"), ["'2'", "a_b", "camera0"]),
+    (("one.gltf", "-o", "x.png", "--png"), ["x.png", "two outputs"]),
+    (("solve", "one.gltf", "-o", "x", "--report", "x"), ["'x'", "two outputs"]),
+    (("solve", "one.gltf", "--scene-index", "7"), ["one.gltf", "scene 7"]),
+    (("one.gltf", "--exposure", "2"), ["--exposure", "--png"]),
+    (("solve", "one.gltf", "-o", "one.gltf"), ["'one.gltf'", "input"]),
+    (("solve", "one.gltf", "-o", "link.gltf"), ["'link.gltf'", "input"]),
+    (("solve", "one.gltf", "--report", "./one.gltf"), ["'./one.gltf'", "input"]),
+    (("one.gltf", "-o", "one.gltf"), ["'one.gltf'", "input"]),
+    (("probe", "one.glb", "points.csv", "-o", "points.csv"), ["'points.csv'", "input"]),
+    (("probe", "one.glb", "points.csv", "-o", "one.glb"), ["'one.glb'", "input"]),
+]
+
+# option: values that are refused
+BAD_VALUES = {
+    "--threads": ["0", "-1", "x", "2x", "", " 2", "1.5", "99999999999999999999"],
+    "--isa": ["avx1024", ""],
+    "--order": ["-1", "17", "two", "2.0", "0x2"],
+    "--subdivide": ["-1", "11", "1e1"],
+    "--block-tol": ["0", "1", "-1e-3", "nan", "inf", "0x1p-3", "1e-3x", ""],
+    "--max-sweeps": ["0", "-5", "many"],
+    "--max-reflectance": ["0", "1.01", "nan"],
+    "--metallic": ["grey", ""],
+    "--scene-index": ["-1", "first"],
+    "--tol": ["0", "x", "nan"],
+    "--size": ["640", "640x", "x480", "0x480", "640x480x3", "640X480", "-640x480", "99999x1", ""],
+    "--samples": ["0", "-4", "4.5"],
+    "--exposure": ["0", "-1", "inf", "bright"],
+}
+
+
+def path_of(command, *parts):
+    return os.path.join(command.folder, *parts)
+
+
+def make_inputs(command):
+    """The scenes and broken files that the tables name."""
+    write_scene(path_of(command, "one.gltf"))
+    write_scene(path_of(command, "two.gltf"), cameras=("a/b", None))
+    write_scene(path_of(command, "dark.gltf"), plates=0, cameras=())
+    write_scene(path_of(command, "draco.gltf"), extensionsUsed=["KHR_draco_mesh_compression"],
+                extensionsRequired=["KHR_draco_mesh_compression"])
+    write_scene(path_of(command, "long.gltf"), cameras=("a", "b"), plates=160)
+    os.symlink("one.gltf", path_of(command, "link.gltf"))
+    os.mkdir(path_of(command, "folder.gltf"))
+    texts = {"empty.gltf": b"", "garbage.gltf": b"\x00\xff not json", "cut.glb": b"glTF\x02\x00\x00\x00",
+             "points.csv": b"x,y,z,nx,ny,nz\n0.1,0,0.2,0,1,0\n9,9,9,0,1,0\n",
+             "header.csv": b"x,y,z\n1,2,3\n", "word.csv": b"x,y,z,nx,ny,nz\n0,0,zero,0,1,0\n"}
+    for name, text in texts.items():
+        with open(path_of(command, name), "wb") as file:
+            file.write(text)
+
+
+def check_help(command):
+    for verb, options in OPTIONS.items():
+        name = " ".join(["hprad", verb]).strip()
+        result = command(*filter(None, [verb]), "--help")
+        missing = [option for option in options + COMMON if f" {option}" not in result.stdout]
+        check(f"{name} --help names every option",
+              [*problems(result, 0), *missing, *(["no usage"] if f"Usage: {name}" not in result.stdout else [])])
+        check(f"{name} --help has an example", "Example" in result.stdout and f"\n  {name} " in result.stdout)
+    result = command("--help")
+    check("hprad --help lists the verbs", [v for v in OPTIONS if v and f"hprad {v}" not in result.stdout])
+    result = command("solve", "--order", "2", "--version")
+    lines = result.stdout.splitlines()
+    check("--version tells version, commit, Embree and instruction set",
+          [*problems(result, 0), *(w for w in ("hprad ", "commit", "Embree ", "instruction set ")
+                                   if w not in result.stdout)] + ([] if len(lines) == 3 else [result.stdout]))
+
+
+def check_usage(command):
+    before = command.listing()
+    for arguments, texts in WRONG_USAGE:
+        check(f"wrong usage: hprad {' '.join(arguments)}", problems(command(*arguments), 2, texts, ""))
+    for option, values in BAD_VALUES.items():
+        verb = () if option in RENDER else ("solve",)
+        wrong = []
+        for value in values:
+            wrong += problems(command(*verb, "one.gltf", option, value), 2, [f"{option} '{value}'"], "")
+        check(f"{option} refuses {len(values)} bad values, naming each", wrong)
+    check("wrong usage writes nothing", command.listing() == before)
+
+
+def check_inputs(command):
+    cases = [(("missing.gltf",), ["missing.gltf", "No such file"]),
+             (("solve", "missing.gltf", "-o", "x.glb"), ["missing.gltf", "No such file"]),
+             (("render", "missing.glb", "-o", "x.exr"), ["missing.glb", "No such file"]),
+             (("solve", "empty.gltf"), ["empty.gltf"]),
+             (("solve", "garbage.gltf"), ["garbage.gltf"]),
+             (("solve", "folder.gltf"), ["folder.gltf"]),
+             (("solve", "cut.glb", "-o", "x.glb"), ["cut.glb"]),
+             (("solve", "draco.gltf"), ["draco.gltf", "KHR_draco_mesh_compression"]),
+             (("solve", "one.glb", "-o", "x.glb"), ["one.glb", "is a solution", "render"]),
+             (("one.glb", "-o", "x.exr"), ["one.glb", "is a solution", "render"]),
+             (("probe", "missing.glb", "points.csv"), ["missing.glb", "No such file"]),
+             (("probe", "one.glb", "missing.csv"), ["missing.csv", "No such file"]),
+             (("probe", "one.gltf", "points.csv"), ["one.gltf"]),
+             (("probe", "one.glb", "header.csv"), ["header.csv", "nx"]),
+             (("probe", "one.glb", "word.csv"), ["word.csv", "zero"])]
+    before = command.listing()
+    for arguments, texts in cases:
+        check(f"bad input: hprad {' '.join(arguments)}", problems(command(*arguments), 3, texts, ""))
+    with open(path_of(command, "one.glb"), "rb") as file:
+        whole = file.read()
+    for part in (0.2, 0.9):
+        with open(path_of(command, "part.glb"), "wb") as file:
+            file.write(whole[:int(part * len(whole))])
+        check(f"bad input: a solution cut to {part:.0%}",
+              problems(command("render", "part.glb", "-o", "x.exr"), 3, ["part.glb"], ""))
+    os.remove(path_of(command, "part.glb"))
+    check("bad input writes nothing", command.listing() == before)
+
+
+def check_outputs_refused(command):
+    """What is refused after the long solve would run out of patience."""
+    long_solve = ("long.gltf", *LONG_SOLVE)
+    places = {"no/x": ["'no/x'", "folder 'no'", "No such file or directory"],
+              "points.csv/x": ["'points.csv/x'", "Not a directory"],
+              "folder.gltf": ["'folder.gltf'", "folder"],
+              "folder.gltf/": ["'folder.gltf/'", "folder"],
+              "new/": ["'new/'", "folder"],
+              "/proc/x": ["'/proc/x'", "folder '/proc'"]}
+    before = command.listing()
+    for place, texts in places.items():
+        for verb, option in (("solve", "-o"), ("solve", "--report"), (None, "-o"), (None, "--report")):
+            arguments = (*filter(None, [verb]), *long_solve, option, place, *(() if verb else ("--camera", "a")))
+            check(f"before the work: hprad {' '.join(arguments)}", problems(command(*arguments), 1, texts, ""))
+        check(f"before the work: hprad render one.glb -o {place}",
+              problems(command("render", "one.glb", "-o", place), 1, texts, ""))
+        check(f"before the work: hprad probe one.glb points.csv -o {place}",
+              problems(command("probe", "one.glb", "points.csv", "-o", place), 1, texts, ""))
+    check("before the work: the second camera's folder",
+          problems(command(*long_solve, "-o", "x/{camera}/{frame}.exr"), 1, ["'x/a/0.exr'"], ""))
+    name = "n" * 300
+    check("before the work: a name that is too long",
+          problems(command("solve", *long_solve, "-o", name), 1, [name, "too long"], ""))
+    if os.geteuid() != 0:
+        os.mkdir(path_of(command, "locked"), 0o500)
+        check("before the work: a folder that is not ours",
+              problems(command("solve", *long_solve, "-o", "locked/x"), 1, ["'locked/x'", "Permission denied"], ""))
+        os.rmdir(path_of(command, "locked"))
+    check("refused outputs leave nothing", command.listing() == before)
+
+
+def check_full_disk(command):
+    full = ["No space left on device"]
+    before = command.listing()
+    for arguments in (("solve", "one.gltf", *COARSE, "-o", "/dev/full"),
+                      ("solve", "one.gltf", *COARSE, "-o", "/dev/null", "--report", "/dev/full"),
+                      ("one.gltf", *COARSE, *SMALL, "-o", "/dev/full"),
+                      ("render", "one.glb", *SMALL, "-o", "/dev/full"),
+                      ("probe", "one.glb", "points.csv", "-o", "/dev/full")):
+        check(f"no room: hprad {' '.join(arguments)}", problems(command(*arguments), 1, full))
+    for arguments in (("--help",), ("--version",), ("probe", "one.glb", "points.csv"),
+                      ("solve", "one.gltf", *COARSE, "-o", "/dev/null")):
+        with open("/dev/full", "w", encoding="utf-8") as stdout:
+            check(f"no room on stdout: hprad {' '.join(arguments)}",
+                  problems(command(*arguments, stdout=stdout), 1, full))
+    check("a full device leaves nothing behind", command.listing() == before)
+    with small_disk(command.folder, 8) as place:
+        if not place:
+            return
+        for arguments, target in ((("solve", "one.gltf"), "x.glb"),
+                                  (("one.gltf", *COARSE, "--size", "600x600"), "x.exr"),
+                                  (("render", "one.glb", "--size", "600x600"), "x.exr")):
+            result = command(*arguments, "-o", os.path.join(place, target))
+            left = os.listdir(place)
+            check(f"a small disk: hprad {' '.join(arguments)}",
+                  [*problems(result, 1, [*full, target], ""), *(f"left: {name}" for name in left)])
+
+
+def check_solve(command):
+    result = command("solve", "one.gltf", *COARSE, "-o", "x.glb", "--report", "x.json")
+    words = ("patches", "elements", "dofs", "sweeps", "residual", "seconds", "wrote x.glb", "wrote x.json")
+    check("solve sums up on stdout", [*problems(result, 0), *(w for w in words if w not in result.stdout)])
+    with open(path_of(command, "x.json"), encoding="utf-8") as file:
+        report = json.load(file)
+    check("the report is JSON and names the scene", "one.gltf" in json.dumps(report))
+    result = command("solve", "one.gltf", *COARSE, "-o", "y.glb", "--quiet")
+    check("--quiet says nothing", problems(result, 0, (), ""))
+    command("solve", "one.gltf", *COARSE, "-o", "z.glb", "--threads", "1", "--quiet")
+    check("one thread or several: the same bits", [f"{name}.glb differs" for name in "yz"
+                                                   if read(command, f"{name}.glb") != read(command, "x.glb")])
+    piped = subprocess.run([command.path, "solve", "one.gltf", *COARSE, "-o", "/dev/stdout"],
+                           cwd=command.folder, stdout=subprocess.PIPE, check=False).stdout
+    check("a solution on stdout is not mixed with the summary", piped == read(command, "x.glb"))
+    os.mkdir(path_of(command, "elsewhere"))
+    result = command("solve", "../one.gltf", *COARSE, "--quiet", folder=path_of(command, "elsewhere"))
+    found = command.listing("elsewhere")
+    check("solve writes <scene>.glb to the working folder",
+          [*problems(result, 0)] + ([] if found == ["one.glb"] else [f"found {found}"]))
+    result = command("solve", "dark.gltf", *COARSE, "-o", "dark.glb")
+    check("no light: done, with a warning", problems(result, 0, ["warning", "dark.gltf", "no light"]))
+    os.remove(path_of(command, "elsewhere", "one.glb"))
+
+
+def read(command, *parts):
+    with open(path_of(command, *parts), "rb") as file:
+        return file.read()
+
+
+def check_pictures(command):
+    folder = path_of(command, "elsewhere")
+
+    def pictures(fact, arguments, expected, code=0):
+        for name in os.listdir(folder):
+            os.remove(os.path.join(folder, name))
+        result = command(*arguments, *SMALL, folder=folder)
+        found = sorted(os.listdir(folder))
+        check(fact, [*problems(result, code)] + ([] if found == sorted(expected) else [f"found {found}"]))
+        return result
+
+    solved = ("../two.gltf", *COARSE)
+    command("solve", "two.gltf", *COARSE, "-o", "two.glb", "--quiet")
+    pictures("one go: the default name", ("../one.gltf", *COARSE), ["one.exr"])
+    pictures("one go: several cameras, default name", solved, ["two_a_b.exr", "two_camera0.exr"])
+    pictures("one go: several cameras, one name", (*solved, "-o", "x.exr"), ["x_a_b.exr", "x_camera0.exr"])
+    pictures("one go: --camera keeps the name", (*solved, "-o", "x.exr", "--camera", "a/b"), ["x.exr"])
+    pictures("one go: report and previews beside", (*solved, "--png", "--camera", "0", "--report", "r.json"),
+             ["two.exr", "two.png", "r.json"])
+    write_scene(path_of(command, "blind.gltf"), cameras=())
+    pictures("one go: a scene without camera gets one", ("../blind.gltf", *COARSE, "-o", "{camera}.exr"),
+             ["camera0.exr"])
+    pictures("render: {camera}", ("render", "../two.glb", "-o", "{camera}.exr"), ["a_b.exr", "camera0.exr"])
+    pictures("render: {frame:04}", ("render", "../two.glb", "-o", "f{frame:04}.exr"), ["f0000.exr", "f0001.exr"])
+    pictures("render: camera by its name in files", ("render", "../two.glb", "--camera", "a_b"), ["two.exr"])
+    pictures("render: camera by index", ("render", "../two.glb", "-o", "{camera}{frame}.exr", "--camera", "1"),
+             ["camera00.exr"])
+    pictures("render: --camera all", ("render", "../two.glb", "--camera", "all"),
+             ["two_a_b.exr", "two_camera0.exr"])
+    pictures("render solves a scene", ("render", "../one.gltf"), ["one.exr"])
+    result = pictures("render: previews", ("render", "../two.glb", "--png", "--camera", "1"), ["two.exr", "two.png"])
+    check("the exposure of a preview is stated", "exposure" in result.stdout)
+    width, height = struct.unpack(">II", read(command, "elsewhere", "two.png")[16:24])
+    check("--size is obeyed", (width, height) == (16, 12))
+    result = pictures("render: --exposure", ("render", "../one.glb", "--png", "--exposure", "0.25"),
+                      ["one.exr", "one.png"])
+    check("a chosen exposure is stated", "exposure 0.25)" in result.stdout)
+    several = read(command, "elsewhere", "one.exr")
+    pictures("render: one thread", ("render", "../one.glb", "--threads", "1", "--quiet"), ["one.exr"])
+    check("one thread or several: the same picture", read(command, "elsewhere", "one.exr") == several)
+    check("the picture is an OpenEXR file", several[:4] == b"\x76\x2f\x31\x01")
+
+
+def check_probe(command):
+    result = command("probe", "one.glb", "points.csv")
+    rows = list(csv.DictReader(result.stdout.splitlines()))
+    check("probe: a point on no patch is a warning", problems(result, 0, ["warning", "1 of 2"]))
+    check("probe: ok and nomatch", [row["status"] for row in rows] == ["ok", "nomatch"])
+    check("probe: the point on the floor is lit", float(rows[0]["irradiance_r"]) > 0)
+    result = command("probe", "one.glb", "points.csv", "-o", "out.csv")
+    with open(path_of(command, "out.csv"), encoding="utf-8") as file:
+        check("probe: -o writes the same table", list(csv.DictReader(file)) == rows)
+    os.remove(path_of(command, "out.csv"))
+    result = command("probe", "one.glb", "points.csv", "-o", "-")
+    check("probe: -o - is stdout", list(csv.DictReader(result.stdout.splitlines())) == rows)
+
+
+def check_signals(command):
+    before = command.listing()
+    runs = {"solve": (("solve", "long.gltf", *LONG_SOLVE, "-o", "x.glb", "--report", "x.json"), "assembly"),
+            "one go": (("long.gltf", *LONG_SOLVE, "-o", "x.exr", "--png"), "assembly"),
+            "render": (("render", "one.glb", "-o", "x.exr", "--size", "2000x2000", "--samples", "4096"), "render")}
+    for name, (arguments, stage) in runs.items():
+        for signal_name, (number, code) in SIGNALS.items():
+            got, text = interrupt(command, number, arguments, stage)
+            wrong = [] if got == code and signal_name in text else [f"exit code {got}, terminal {text!r}"]
+            check(f"{signal_name} during {name}: exit code {code}, said so", wrong)
+            left = [file for file in command.listing() if file not in before]
+            check(f"{signal_name} during {name}: nothing is left", left)
+    result = command("solve", "one.gltf", *COARSE, "-o", "x.glb", "--verbose")
+    check("no progress bar where stderr is no terminal", "\r" not in result.stderr)
+    os.remove(path_of(command, "x.glb"))
+
+
+def main():
+    with tempfile.TemporaryDirectory() as folder:
+        command = Command(sys.argv[1], folder)
+        make_inputs(command)
+        check_help(command)
+        result = command("solve", "one.gltf", *COARSE, "-o", "one.glb")
+        check("solve: exit code 0", problems(result, 0))
+        check_usage(command)
+        check_solve(command)
+        check_inputs(command)
+        check_outputs_refused(command)
+        check_full_disk(command)
+        check_pictures(command)
+        check_probe(command)
+        check_signals(command)
+    return done()
+
+
+sys.exit(main())

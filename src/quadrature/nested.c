@@ -8,21 +8,20 @@
  * distance. Source: the idea of regularised outer and exact inner integrals as in Schroder & Hanrahan 1993,
  * sec. 5, and Walton 2002 (View3D), with polynomials.
  */
-#include "direct/lambert.h"
 #include "quadrature/rule.h"
 
 #include <string.h>
 
-enum { NODES = 8, MAX_DEPTH = 60, MAX_BOXES = 20000, MAX_PIECES = 64 };
+enum { NODES = 8, MAX_DEPTH = 60, MAX_BOXES = 20000, MAX_PIECES = 400 };
 
 typedef struct nested {
     const hpr_gauss_table *gauss;
+    const hpr_pair *pair;
     const hpr_element_frame *outer, *inner;
-    hpr_affine outer_height;           /* of outer points over the inner plane */
-    double corner[HPR_POLYGON_MAX][3]; /* of the inner polygon, in space */
-    hpr_vec3 outline[HPR_POLYGON_MAX]; /* the same */
-    hpr_rule rule;                     /* all but the box */
-    double allowed;                    /* absolute error of a box */
+    hpr_affine outer_height; /* of outer points over the inner plane */
+    hpr_convex outline;      /* the inner polygon in space */
+    hpr_rule rule;           /* all but the box */
+    double allowed;          /* absolute error of a box */
     int box_count;
     bool reached;
     hpr_rule_sink sink;
@@ -47,51 +46,94 @@ static void project(const hpr_element_frame *outer, hpr_vec3 point, double foot[
     foot[1] = hpr_dot(hpr_cross(outer->edge1, offset), across) / square;
 }
 
-/* The part of a polygon on one side (sign) of the line p + t d. */
-static hpr_polygon half_polygon(const hpr_polygon *polygon, const double p[2], const double d[2], double sign)
+/* The part of a polygon where sign * f >= 0. */
+static hpr_polygon half_polygon(const hpr_polygon *polygon, const hpr_affine *f, double sign)
 {
     hpr_polygon half = {0};
     for (int i = 0; i < polygon->count; i++) {
         const double *a = polygon->corner[i], *b = polygon->corner[(i + 1) % polygon->count];
-        double ha = sign * (d[0] * (a[1] - p[1]) - d[1] * (a[0] - p[0]));
-        double hb = sign * (d[0] * (b[1] - p[1]) - d[1] * (b[0] - p[0]));
-        if (ha >= 0 && half.count < HPR_POLYGON_MAX)
+        double fa = sign * hpr_affine_at(f, a[0], a[1]), fb = sign * hpr_affine_at(f, b[0], b[1]);
+        if (fa >= 0 && half.count < HPR_POLYGON_MAX)
             memcpy(half.corner[half.count++], a, sizeof half.corner[0]);
-        if (ha * hb < 0 && half.count < HPR_POLYGON_MAX) {
-            double f = ha / (ha - hb);
-            half.corner[half.count][0] = a[0] + f * (b[0] - a[0]);
-            half.corner[half.count][1] = a[1] + f * (b[1] - a[1]);
+        if (fa * fb < 0 && half.count < HPR_POLYGON_MAX) {
+            double part = fa / (fa - fb);
+            half.corner[half.count][0] = a[0] + part * (b[0] - a[0]);
+            half.corner[half.count][1] = a[1] + part * (b[1] - a[1]);
             half.count++;
         }
     }
     return half;
 }
 
-/* Cuts the outer polygon along the lines of the inner polygon's projected edges. Slivers of rounding are not
- * cut off. */
-static int cut_pieces(const nested *n, const hpr_polygon *outer, const hpr_polygon *inner, hpr_polygon *piece)
+typedef struct pieces {
+    int count;
+    double least; /* area below which nothing is cut off: slivers of rounding */
+    hpr_polygon piece[MAX_PIECES];
+} pieces;
+
+/* Cuts every piece along the line f = 0. */
+static void cut_along(pieces *p, const hpr_affine *f)
 {
-    static const double sliver = 1e-14, point_size = 1e-14;
-    double least = sliver * polygon_area(outer), foot[HPR_POLYGON_MAX][2];
-    int count = 1;
-    piece[0] = *outer;
-    for (int i = 0; i < inner->count; i++)
-        project(n->outer, hpr_vec3_load(n->corner[i]), foot[i]);
-    for (int i = 0; i < inner->count; i++) {
-        const double *p = foot[i], *q = foot[(i + 1) % inner->count];
-        const double d[2] = {q[0] - p[0], q[1] - p[1]};
+    if (!(fabs(f->along1) + fabs(f->along2) > 0))
+        return;
+    for (int k = p->count - 1; k >= 0 && p->count < MAX_PIECES; k--) {
+        hpr_polygon left = half_polygon(&p->piece[k], f, 1), right = half_polygon(&p->piece[k], f, -1);
+        if (left.count < 3 || right.count < 3 || p->piece[k].count >= HPR_POLYGON_MAX - 1 ||
+            polygon_area(&left) <= p->least || polygon_area(&right) <= p->least)
+            continue;
+        p->piece[k] = left;
+        p->piece[p->count++] = right;
+    }
+}
+
+/* The line in which the outer plane is cut by the plane through q with this normal. */
+static void cut_by_plane(const nested *n, pieces *p, hpr_vec3 q, hpr_vec3 normal)
+{
+    hpr_affine f = {hpr_dot(normal, hpr_sub(n->outer->origin, q)), hpr_dot(normal, n->outer->edge1),
+                    hpr_dot(normal, n->outer->edge2)};
+    cut_along(p, &f);
+}
+
+/* Along the inner polygon's projected edges. */
+static void cut_by_edges(const nested *n, pieces *p)
+{
+    static const double point_size = 1e-14;
+    int count = n->outline.count;
+    for (int i = 0; i < count; i++) {
+        double a[2], b[2];
+        project(n->outer, n->outline.corner[i], a);
+        project(n->outer, n->outline.corner[(i + 1) % count], b);
+        const double d[2] = {b[0] - a[0], b[1] - a[1]};
         if (fabs(d[0]) + fabs(d[1]) <= point_size)
             continue; /* an edge at a right angle to the plane */
-        for (int k = count - 1; k >= 0 && count < MAX_PIECES; k--) {
-            hpr_polygon left = half_polygon(&piece[k], p, d, 1), right = half_polygon(&piece[k], p, d, -1);
-            if (left.count < 3 || right.count < 3 || polygon_area(&left) <= least ||
-                polygon_area(&right) <= least || piece[k].count >= HPR_POLYGON_MAX - 1)
-                continue;
-            piece[k] = left;
-            piece[count++] = right;
-        }
+        hpr_affine f = {d[1] * a[0] - d[0] * a[1], -d[1], d[0]};
+        cut_along(p, &f);
     }
-    return count;
+}
+
+/*
+ * Along the lines on which the view of the inner polygon past a blocker changes its kind: a corner of one
+ * seen on an edge of the other (EV events, Gigus & Malik 1990). Many blockers would make too many pieces;
+ * then the halving has to find them.
+ */
+static void cut_by_events(const nested *n, pieces *p)
+{
+    enum { MAX_CUTTING_BLOCKERS = 2 };
+    for (int b = 0; b < n->pair->blocker_count && n->pair->blocker_count <= MAX_CUTTING_BLOCKERS; b++) {
+        const hpr_convex *polygon[2] = {&n->pair->blocker[b], &n->outline};
+        for (int which = 0; which < 2; which++) {
+            const hpr_convex *edges = polygon[which], *corners = polygon[1 - which];
+            for (int i = 0; i < edges->count; i++) {
+                hpr_vec3 from = edges->corner[i],
+                         along = hpr_sub(edges->corner[(i + 1) % edges->count], from);
+                for (int k = 0; k < corners->count; k++)
+                    cut_by_plane(n, p, from, hpr_cross(along, hpr_sub(corners->corner[k], from)));
+            }
+        }
+        cut_by_plane(n, p, n->pair->blocker[b].corner[0],
+                     hpr_cross(hpr_sub(n->pair->blocker[b].corner[1], n->pair->blocker[b].corner[0]),
+                               hpr_sub(n->pair->blocker[b].corner[2], n->pair->blocker[b].corner[0])));
+    }
 }
 
 /* Integral of the inner polygon's Lambert fraction over a box, in the outer parameters' measure. */
@@ -100,18 +142,16 @@ static double box_integral(nested *n, const hpr_cell *cell, const hpr_box *box)
     const hpr_gauss_rule *gauss = &n->gauss->legendre[NODES];
     double jacobian = fabs(cell->edge1[0] * cell->edge2[1] - cell->edge1[1] * cell->edge2[0]) *
                       box->width[0] * box->width[1];
-    double normal[3], sum = 0;
-    hpr_vec3_store(normal, n->outer->normal);
+    double sum = 0;
     n->box_count++;
     for (int j = 0; j < NODES; j++) {
         double v = box->low[1] + box->width[1] * gauss->node[j];
         for (int i = 0; i < NODES; i++) {
-            double a = (box->low[0] + box->width[0] * gauss->node[i]) * (1 - v), point[3];
+            double a = (box->low[0] + box->width[0] * gauss->node[i]) * (1 - v);
             double s = cell->origin[0] + a * cell->edge1[0] + v * cell->edge2[0];
             double t = cell->origin[1] + a * cell->edge1[1] + v * cell->edge2[1];
-            hpr_vec3_store(point, hpr_frame_point(n->outer, s, t));
-            double fraction = hpr_lambert_fraction(point, normal, (const double(*)[3])n->corner,
-                                                   (size_t)n->rule.inner.count);
+            double fraction = hpr_inner_fraction(n->pair, n->outer, n->inner, &n->outline,
+                                                 hpr_frame_point(n->outer, s, t), &n->reached);
             sum += gauss->weight[i] * gauss->weight[j] * (1 - v) * fraction;
         }
     }
@@ -158,7 +198,7 @@ static int hiding_axis(const nested *n, const hpr_cell *cell, const hpr_box *box
     double worst = ratio;
     int axis = -1, count = n->rule.inner.count;
     for (int i = 0; i < count; i++) {
-        hpr_vec3 edge[2] = {n->outline[i], n->outline[(i + 1) % count]},
+        hpr_vec3 edge[2] = {n->outline.corner[i], n->outline.corner[(i + 1) % count]},
                  direction = hpr_sub(edge[1], edge[0]);
         double distance = hpr_outline_distance(corner, 4, edge, 2);
         double u = length_across(along_u, direction);
@@ -241,28 +281,29 @@ bool hpr_nested_choose(const hpr_gauss_table *gauss, const hpr_pair *pair, const
     bool recv_is_outer = frame_area(&pair->recv, recv) <= frame_area(&pair->send, send);
     const hpr_polygon *outer = recv_is_outer ? recv : send, *inner = recv_is_outer ? send : recv;
     nested n = {.gauss = gauss,
+                .pair = pair,
                 .outer = recv_is_outer ? &pair->recv : &pair->send,
                 .inner = recv_is_outer ? &pair->send : &pair->recv,
                 .reached = true,
                 .sink = sink,
                 .user = user};
     set_nodes(&n, recv_is_outer, inner, tolerance);
-    for (int i = 0; i < inner->count; i++) {
-        n.outline[i] = hpr_frame_point(n.inner, inner->corner[i][0], inner->corner[i][1]);
-        hpr_vec3_store(n.corner[i], n.outline[i]);
-    }
-    hpr_polygon piece[MAX_PIECES];
-    int pieces = cut_pieces(&n, outer, inner, piece);
+    n.outline.count = inner->count;
+    for (int i = 0; i < inner->count; i++)
+        n.outline.corner[i] = hpr_frame_point(n.inner, inner->corner[i][0], inner->corner[i][1]);
+    pieces cut = {.count = 1, .least = 1e-14 * polygon_area(outer), .piece = {*outer}};
+    cut_by_edges(&n, &cut);
+    cut_by_events(&n, &cut);
     double whole[MAX_PIECES][HPR_POLYGON_MAX], total = 0;
     hpr_cell cell[HPR_POLYGON_MAX];
-    for (int p = 0; p < pieces; p++) {
-        int count = fan(&piece[p], cell);
+    for (int p = 0; p < cut.count; p++) {
+        int count = fan(&cut.piece[p], cell);
         for (int i = 0; i < count; i++)
             total += whole[p][i] = box_integral(&n, &cell[i], &whole_box);
     }
     n.allowed = fmax(box_share * tolerance, rounding) * total;
-    for (int p = 0; p < pieces; p++) {
-        int count = fan(&piece[p], cell);
+    for (int p = 0; p < cut.count; p++) {
+        int count = fan(&cut.piece[p], cell);
         for (int i = 0; i < count; i++)
             refine(&n, &cell[i], &whole_box, whole[p][i], 0);
     }

@@ -7,11 +7,11 @@
  * and d are. Source: sinh transformation of Johnston & Elliott 2005; for a constant the closed form of
  * direct/lambert.h.
  */
-#include "direct/lambert.h"
 #include "quadrature/rule.h"
 
 typedef struct polar {
     const hpr_gauss_table *gauss;
+    const hpr_pair *pair;
     const hpr_rule *rule;
     const hpr_element_frame *inner;
     hpr_affine inner_height; /* of inner points over the outer plane */
@@ -154,18 +154,14 @@ static void set_point(hpr_points *points, int k, const outer_point *point, hpr_v
 static void constant_inner(const polar *p, const hpr_element_frame *outer, const hpr_cell *cell, int nodes)
 {
     const hpr_rule *rule = p->rule;
-    double corner[HPR_POLYGON_MAX][3], normal[3];
-    hpr_vec3_store(normal, outer->normal);
-    for (int i = 0; i < rule->inner.count; i++)
-        hpr_vec3_store(corner[i],
-                       hpr_frame_point(p->inner, rule->inner.corner[i][0], rule->inner.corner[i][1]));
+    hpr_convex polygon = {.count = rule->inner.count};
+    bool complete = true; /* the choice of rules has seen to it */
+    for (int i = 0; i < polygon.count; i++)
+        polygon.corner[i] = hpr_frame_point(p->inner, rule->inner.corner[i][0], rule->inner.corner[i][1]);
     p->outer_points->count = nodes * nodes;
     for (int k = 0; k < nodes * nodes; k++) {
         outer_point point = outer_at(p->gauss, outer, cell, &rule->box, nodes, k);
-        double x[3];
-        hpr_vec3_store(x, point.x);
-        double fraction =
-            hpr_lambert_fraction(x, normal, (const double(*)[3])corner, (size_t)rule->inner.count);
+        double fraction = hpr_inner_fraction(p->pair, outer, p->inner, &polygon, point.x, &complete);
         set_point(p->outer_points, k, &point, (hpr_vec3){0, 0, 0},
                   point.weight * fraction * 3.14159265358979323846 / p->jacobian);
     }
@@ -184,6 +180,7 @@ void hpr_points_nested(const hpr_gauss_table *gauss, const hpr_pair *pair, const
     const hpr_cell *cell = recv_is_outer ? &rule->recv : &rule->send;
     int nodes = recv_is_outer ? rule->recv_nodes[0] : rule->send_nodes[0];
     polar p = {.gauss = gauss,
+               .pair = pair,
                .rule = rule,
                .inner = recv_is_outer ? &pair->send : &pair->recv,
                .inner_height = recv_is_outer ? pair->send_height : pair->recv_height,

@@ -324,7 +324,7 @@ static void integrate(chooser *c, const hpr_cell *recv, const hpr_cell *send)
     if (!c->outcome.seen)
         return;
     bool sampled = c->demand->least_nodes > 1, separate = contact.kind == HPR_CONTACT_SEPARATE;
-    bool nested = separate && !sampled && very_near(c, recv, send);
+    bool nested = c->pair->blocker_count || (separate && !sampled && very_near(c, recv, send));
     if (nested || !emit_pieces(c, &contact))
         c->outcome.stopped_short |= !hpr_nested_choose(c->gauss, c->pair, &contact.recv_front,
                                                        &contact.send_front, c->tolerance, c->sink, c->user);

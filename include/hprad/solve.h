@@ -12,6 +12,13 @@ typedef struct hpr_solution hpr_solution;
 
 enum { HPR_MAX_ORDER = 16, HPR_MAX_SUBDIVIDE = 10, HPR_DEFAULT_ORDER = 1, HPR_DEFAULT_SUBDIVIDE = 3 };
 
+/** What becomes of direct light. */
+typedef enum hpr_direct_mode {
+    HPR_DIRECT_EXACT, /**< evaluated at every point by Lambert's formula; the basis carries the indirect part
+                       */
+    HPR_DIRECT_GALERKIN /**< projected onto the basis like everything else */
+} hpr_direct_mode;
+
 /** How a scene is solved. */
 typedef struct hpr_solve_options {
     int order;               /**< polynomial degree p of every element, 0 .. HPR_MAX_ORDER */
@@ -19,6 +26,7 @@ typedef struct hpr_solve_options {
     double block_tolerance;  /**< relative, per block; 0: 1e-12 where nothing blocks, 1e-6 else */
     double solver_tolerance; /**< relative residual of the linear system */
     int max_sweeps;          /**< iteration limit */
+    hpr_direct_mode direct;  /**< what becomes of direct light */
 } hpr_solve_options;
 
 HPR_API void hpr_solve_options_init(hpr_solve_options *options);
@@ -35,6 +43,7 @@ typedef struct hpr_energy {
 typedef struct hpr_solve_summary {
     hpr_solve_options options;
     size_t patch_count, element_count, dof_count, link_count, block_bytes;
+    int direct;             /**< hpr_direct_mode in force: numerous emitters go through the basis */
     size_t channels_solved; /**< 1 if all channels agree, else their number */
     size_t degenerate_count, duplicate_count;
     double block_tolerance; /**< the one in force */

@@ -17,6 +17,8 @@ const struct poptOption cli_solve_options[] = {
      "N halvings per axis, 4^N elements per patch, 0 to 10", "N"},
     {"tol", 0, POPT_ARG_STRING, NULL, CLI_OPTION_TOLERANCE,
      "relative error of the irradiance (not in this version: refused)", "E"},
+    {"direct", 0, POPT_ARG_STRING, NULL, CLI_OPTION_DIRECT,
+     "direct light: evaluated at every point, or through the basis (default exact)", "exact|galerkin"},
     {"block-tol", 0, POPT_ARG_STRING, NULL, CLI_OPTION_BLOCK_TOLERANCE,
      "relative tolerance of each transport block (default 1e-12 where nothing blocks, else 1e-6)", "T"},
     {"max-sweeps", 0, POPT_ARG_STRING, NULL, CLI_OPTION_MAX_SWEEPS, "iteration limit of the solver", "N"},
@@ -111,6 +113,15 @@ static bool take_metallic(const char *text, int *black)
     return false;
 }
 
+static bool take_direct(const char *text, hpr_direct_mode *direct)
+{
+    *direct = !strcmp(text, "galerkin") ? HPR_DIRECT_GALERKIN : HPR_DIRECT_EXACT;
+    if (*direct == HPR_DIRECT_GALERKIN || !strcmp(text, "exact"))
+        return true;
+    cli_complain("--direct '%s': expected exact or galerkin", text);
+    return false;
+}
+
 static bool take_path(const char *option, const char *text, const char **path)
 {
     *path = text;
@@ -132,6 +143,8 @@ int cli_take_solve_option(cli_solve_settings *settings, int id, const char *valu
         return cli_integer("--subdivide", value, 0, HPR_MAX_SUBDIVIDE, &solve->subdivide);
     case CLI_OPTION_BLOCK_TOLERANCE:
         return cli_positive("--block-tol", value, 1, true, &solve->block_tolerance);
+    case CLI_OPTION_DIRECT:
+        return take_direct(value, &solve->direct);
     case CLI_OPTION_MAX_SWEEPS:
         return cli_integer("--max-sweeps", value, 1, INT_MAX, &solve->max_sweeps);
     case CLI_OPTION_MAX_REFLECTANCE:

@@ -68,8 +68,8 @@ static bool subtract(hpr_visible *visible, const hpr_vec3 *plane, int plane_coun
     return complete;
 }
 
-bool hpr_visible_part(hpr_vec3 point, const hpr_convex *sender, hpr_vec3 normal, const hpr_convex *blocker,
-                      int blocker_count, hpr_visible *visible)
+bool hpr_visible_part(hpr_vec3 point, const hpr_convex *sender, hpr_vec3 normal, const hpr_convex *outline,
+                      const uint32_t *blocker, int blocker_count, hpr_visible *visible)
 {
     static const double in_plane =
         1e-13; /* of the distance: a blocker lying on the sender's plane hides nothing */
@@ -80,10 +80,11 @@ bool hpr_visible_part(hpr_vec3 point, const hpr_convex *sender, hpr_vec3 normal,
     double height = hpr_dot(normal, visible->piece[0].corner[0]); /* of the sender's plane over the point */
     bool complete = true;
     for (int b = 0; b < blocker_count && visible->count > 0; b++) {
-        hpr_convex relative = {.count = blocker[b].count}, between;
+        const hpr_convex *other = &outline[blocker ? blocker[b] : (uint32_t)b];
+        hpr_convex relative = {.count = other->count}, between;
         hpr_vec3 plane[HPR_VISIBLE_CORNERS];
         for (int i = 0; i < relative.count; i++)
-            relative.corner[i] = hpr_sub(blocker[b].corner[i], point);
+            relative.corner[i] = hpr_sub(other->corner[i], point);
         /* between the point's parallel plane and the sender's: 0 < normal . x / height < 1 */
         double sign = height > 0 ? 1 : -1, limit = fabs(height) * (1 - in_plane);
         cut(&relative, normal, -sign, -limit, &between);

@@ -9,6 +9,7 @@
 #include "math/vec3.h"
 
 #include <stdbool.h>
+#include <stdint.h>
 
 enum { HPR_VISIBLE_CORNERS = 24, HPR_VISIBLE_PIECES = 64 };
 
@@ -29,8 +30,8 @@ typedef struct hpr_visible {
  * blockers is left out. Blockers that touch the point's line of sight only at their outline change nothing.
  * Never allocates; thread-safe.
  */
-bool hpr_visible_part(hpr_vec3 point, const hpr_convex *sender, hpr_vec3 normal, const hpr_convex *blocker,
-                      int blocker_count, hpr_visible *visible);
+bool hpr_visible_part(hpr_vec3 point, const hpr_convex *sender, hpr_vec3 normal, const hpr_convex *outline,
+                      const uint32_t *blocker, int blocker_count, hpr_visible *visible);
 
 /* sum over the visible pieces of hpr_lambert_fraction at the point with the given receiver normal. */
 double hpr_visible_fraction(hpr_vec3 receiver_normal, const hpr_visible *visible);

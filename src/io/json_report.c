@@ -27,6 +27,7 @@ static void add_counts(cJSON *root, const hpr_solution *solution, bool *ok)
     hpr_json_number(settings, "subdivide", summary->options.subdivide, ok);
     hpr_json_number(settings, "block_tolerance", summary->block_tolerance, ok);
     hpr_json_number(settings, "solver_tolerance", summary->options.solver_tolerance, ok);
+    hpr_json_text(settings, "direct", summary->direct == HPR_DIRECT_EXACT ? "exact" : "galerkin", ok);
     hpr_json_number(settings, "max_sweeps", summary->options.max_sweeps, ok);
     const struct {
         const char *key;

@@ -67,6 +67,8 @@ const hpr_field *hpr_summary_fields(size_t *count)
         {"blockTolerance", HPR_FIELD_DOUBLE, AT(options.block_tolerance)},
         {"solverTolerance", HPR_FIELD_DOUBLE, AT(options.solver_tolerance)},
         {"maxSweeps", HPR_FIELD_INT, AT(options.max_sweeps)},
+        {"directAsked", HPR_FIELD_INT, AT(options.direct)},
+        {"direct", HPR_FIELD_INT, AT(direct)},
         {"patchCount", HPR_FIELD_SIZE, AT(patch_count)},
         {"elementCount", HPR_FIELD_SIZE, AT(element_count)},
         {"dofCount", HPR_FIELD_SIZE, AT(dof_count)},

@@ -88,6 +88,7 @@ static bool find_rgb(const hpr_solution *solution, size_t channel[3])
 
 typedef struct shading {
     const hpr_solution *solution;
+    hpr_reconstruction reconstruction;
     bool rgb;
     size_t channel[3];
     double *irradiance; /* [channels] scratch */
@@ -98,7 +99,7 @@ static void shade(const shading *how, size_t patch, double s, double t, float co
 {
     const hpr_solution *solution = how->solution;
     size_t n = solution->channel_count;
-    hpr_reconstruct_point(solution, patch, s, t, how->irradiance);
+    hpr_reconstruct_point(&how->reconstruction, patch, s, t, how->irradiance);
     double sum = 0;
     for (size_t c = 0; c < n; c++) {
         double *value = how->irradiance + c;
@@ -211,6 +212,8 @@ hpr_status hpr_solution_mesh_init(const hpr_solution *solution, hpr_solution_mes
     how.rgb = find_rgb(solution, how.channel);
     hpr_status status = hpr_allocate_into(ctx, &pieces, p.node_count, sizeof *pieces, "a mesh");
     if (status == HPR_OK)
+        status = hpr_reconstruction_init(solution, &how.reconstruction);
+    if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &how.irradiance, solution->channel_count, sizeof(double), "a mesh");
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &mesh->position, p.vertex_count, 3 * sizeof(float), "a mesh");
@@ -230,6 +233,7 @@ hpr_status hpr_solution_mesh_init(const hpr_solution *solution, hpr_solution_mes
     }
     hpr_release(ctx, pieces);
     hpr_release(ctx, how.irradiance);
+    hpr_reconstruction_fini(&how.reconstruction);
     return status;
 }
 

@@ -63,8 +63,12 @@ hpr_status hpr_solution_probe(hpr_context *context, const hpr_solution *solution
     size_t n = solution->channel_count;
     double centre[3];
     double reach = 2e-6 * hpr_patches_radius(patches, centre);
+    hpr_reconstruction reconstruction;
     hpr_context_clear_error(context);
     hpr_stage_begin(context, "probe");
+    hpr_status status = hpr_reconstruction_init(solution, &reconstruction);
+    if (status != HPR_OK)
+        count = 0;
 #pragma omp parallel for schedule(dynamic, 64) num_threads(hpr_context_threads(context))
     for (size_t i = 0; i < count; i++) {
         match found = {.patch = HPR_NONE};
@@ -72,7 +76,7 @@ hpr_status hpr_solution_probe(hpr_context *context, const hpr_solution *solution
             found = find_side(patches, point + 3 * i, normal + 3 * i, reach);
         patch[i] = found.patch;
         if (found.patch != HPR_NONE)
-            hpr_reconstruct_point(solution, found.patch, found.s, found.t, irradiance + n * i);
+            hpr_reconstruct_point(&reconstruction, found.patch, found.s, found.t, irradiance + n * i);
         for (size_t c = 0; c < n; c++) {
             size_t pc = n * found.patch + c;
             if (found.patch == HPR_NONE)
@@ -83,7 +87,9 @@ hpr_status hpr_solution_probe(hpr_context *context, const hpr_solution *solution
                     : patches->exitance[pc] + patches->reflectance[pc] * irradiance[n * i + c];
         }
     }
+    hpr_reconstruction_fini(&reconstruction);
     hpr_stage_end(context);
-    return hpr_cancelled(context) ? hpr_fail(context, HPR_ERR_INTERRUPTED, "interrupted while probing")
-                                  : HPR_OK;
+    if (status == HPR_OK && hpr_cancelled(context))
+        status = hpr_fail(context, HPR_ERR_INTERRUPTED, "interrupted while probing");
+    return status;
 }

@@ -2,8 +2,23 @@
 
 #include "basis/basis.h"
 
-void hpr_reconstruct_point(const hpr_solution *solution, size_t patch, double s, double t, double *irradiance)
+hpr_status hpr_reconstruction_init(const hpr_solution *solution, hpr_reconstruction *reconstruction)
 {
+    *reconstruction = (hpr_reconstruction){.solution = solution};
+    if (solution->summary.direct != HPR_DIRECT_EXACT)
+        return HPR_OK;
+    return hpr_direct_create(solution->patches, solution->elements, &reconstruction->direct);
+}
+
+void hpr_reconstruction_fini(hpr_reconstruction *reconstruction)
+{
+    hpr_direct_destroy(&reconstruction->direct);
+}
+
+void hpr_reconstruct_point(const hpr_reconstruction *reconstruction, size_t patch, double s, double t,
+                           double *irradiance)
+{
+    const hpr_solution *solution = reconstruction->solution;
     const hpr_elements *elements = solution->elements;
     size_t n = solution->channel_count;
     hpr_shape shape = (hpr_shape)solution->patches->shape[patch];
@@ -20,4 +35,6 @@ void hpr_reconstruct_point(const hpr_solution *solution, size_t patch, double s,
         for (size_t c = 0; c < n; c++)
             irradiance[c] += scale * basis[k] * coefficient[c];
     }
+    if (reconstruction->direct)
+        hpr_direct_add(reconstruction->direct, leaf, leaf_s, leaf_t, irradiance);
 }

@@ -1,14 +1,25 @@
-/* The solution at points. */
+/* The solution at points: the polynomials, and with exact direct light what each emitter sends to the very
+ * point. */
 #ifndef HPR_RECONSTRUCT_RECONSTRUCT_H
 #define HPR_RECONSTRUCT_RECONSTRUCT_H
 
+#include "direct/direct.h"
 #include "solver/solution.h"
 
+typedef struct hpr_reconstruction {
+    const hpr_solution *solution; /* borrowed */
+    hpr_direct *direct;           /* NULL: direct light is in the coefficients */
+} hpr_reconstruction;
+
+/* Errors: HPR_ERR_MEMORY, HPR_ERR_DEVICE. */
+hpr_status hpr_reconstruction_init(const hpr_solution *solution, hpr_reconstruction *reconstruction);
+void hpr_reconstruction_fini(hpr_reconstruction *reconstruction);
+
 /*
- * H at the point (s,t) of a patch, W/m2: the polynomials of the leaf that holds it, sum_k irradiance[k] T_k.
+ * H at the point (s,t) of a patch, W/m2: sum_k irradiance[k] T_k of the leaf that holds it, plus D there.
  * irradiance: [channels]. Never allocates; concurrent calls allowed.
  */
-void hpr_reconstruct_point(const hpr_solution *solution, size_t patch, double s, double t,
+void hpr_reconstruct_point(const hpr_reconstruction *reconstruction, size_t patch, double s, double t,
                            double *irradiance);
 
 #endif

@@ -35,6 +35,7 @@ static hpr_status picture_size(hpr_context *ctx, const hpr_camera *camera, const
 
 typedef struct view {
     const hpr_solution *solution;
+    hpr_reconstruction reconstruction;
     const hpr_visibility *visibility;
     const hpr_camera *camera;
     hpr_strata strata;
@@ -42,11 +43,11 @@ typedef struct view {
 } view;
 
 /* Adds the radiance B/pi = (M + rho H)/pi of a hit to sum [channels]; irradiance [channels] is scratch. */
-static void add_radiance(const hpr_solution *solution, const hpr_hit *hit, double *irradiance, double *sum)
+static void add_radiance(const view *v, const hpr_hit *hit, double *irradiance, double *sum)
 {
-    const hpr_patches *patches = solution->patches;
-    size_t n = solution->channel_count;
-    hpr_reconstruct_point(solution, hit->patch, hit->s, hit->t, irradiance);
+    const hpr_patches *patches = v->solution->patches;
+    size_t n = v->solution->channel_count;
+    hpr_reconstruct_point(&v->reconstruction, hit->patch, hit->s, hit->t, irradiance);
     for (size_t c = 0; c < n; c++) {
         size_t i = n * hit->patch + c;
         sum[c] += (patches->exitance[i] + patches->reflectance[i] * irradiance[c]) / pi;
@@ -72,7 +73,7 @@ static void render_pixel(const view *v, hpr_image *image, size_t row, size_t col
         if (hit.patch == HPR_NONE)
             continue;
         covered++;
-        add_radiance(v->solution, &hit, irradiance, sum);
+        add_radiance(v, &hit, irradiance, sum);
     }
     for (size_t c = 0; c < n; c++)
         image->radiance[n * pixel + c] = (float)(sum[c] / v->strata.count);
@@ -116,14 +117,19 @@ static hpr_status render_image(hpr_context *ctx, const hpr_solution *solution, c
                                    "rendering");
     if (status == HPR_OK)
         status = hpr_visibility_create(solution->patches, &visibility);
+    hpr_reconstruction reconstruction = {0};
+    if (status == HPR_OK)
+        status = hpr_reconstruction_init(solution, &reconstruction);
     if (status == HPR_OK) {
         const view v = {.solution = solution,
+                        .reconstruction = reconstruction,
                         .visibility = visibility,
                         .camera = camera,
                         .strata = hpr_strata_of((uint32_t)options->samples),
                         .aspect = (double)image->width / image->height};
         status = render_rows(ctx, &v, image, scratch, stride);
     }
+    hpr_reconstruction_fini(&reconstruction);
     hpr_visibility_destroy(&visibility);
     hpr_release(ctx, scratch);
     return status;

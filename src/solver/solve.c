@@ -1,4 +1,5 @@
 /* From a scene to a solution: patches, elements, links, the linear system, the energy balance. */
+#include "direct/direct.h"
 #include "link/links.h"
 #include "patch/frame.h"
 #include "solver/energy.h"
@@ -96,6 +97,8 @@ static hpr_status make_mesh(hpr_solution *solution, const hpr_scene *scene, cons
     solution->summary.duplicate_count = solution->patches->duplicate_count;
     solution->summary.element_count = e->leaf_count;
     solution->summary.dof_count = dofs;
+    bool exact = options->direct == HPR_DIRECT_EXACT && hpr_direct_affordable(solution->patches);
+    solution->summary.direct = exact ? HPR_DIRECT_EXACT : HPR_DIRECT_GALERKIN;
     return status;
 }
 
@@ -166,7 +169,51 @@ static hpr_status solve_system(hpr_solution *solution, const hpr_links *links,
     return status;
 }
 
-/* Stages in order; each fills its part of the solution. */
+/* D through the blocks: what the basis carries of direct light, taken out of H so that the exact D can take
+ * its place. */
+static hpr_status take_out_direct(hpr_solution *solution, const hpr_links *links)
+{
+    hpr_context *ctx = solution->context;
+    const hpr_patches *patches = solution->patches;
+    const hpr_elements *e = solution->elements;
+    size_t n = solution->channel_count, dofs = solution->summary.dof_count;
+    double *emission = NULL, *direct = NULL;
+    hpr_status status = hpr_allocate_into(ctx, &emission, n * dofs, sizeof(double), "direct light");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &direct, n * dofs, sizeof(double), "direct light");
+    if (status == HPR_OK) {
+        for (size_t leaf = 0; leaf < e->leaf_count; leaf++) {
+            size_t node = e->leaf[leaf];
+            for (size_t c = 0; c < n; c++)
+                emission[c * dofs + e->dof[leaf]] =
+                    sqrt(e->area_m2[node]) * patches->exitance[n * e->patch[node] + c];
+        }
+#pragma omp parallel for schedule(dynamic, 1) num_threads(hpr_context_threads(ctx))
+        for (size_t patch = 0; patch < patches->count; patch++)
+            hpr_links_gather(links, patch, e->patch_leaf[patch], e->patch_leaf[patch + 1], n, emission,
+                             direct);
+        for (size_t i = 0; i < n * dofs; i++)
+            solution->irradiance[i] -= direct[i % n * dofs + i / n];
+    }
+    hpr_release(ctx, emission);
+    hpr_release(ctx, direct);
+    return status;
+}
+
+static void summarise_links(hpr_solution *solution, const hpr_links *links)
+{
+    hpr_solve_summary *summary = &solution->summary;
+    summary->link_count = links->count;
+    summary->block_bytes = links->block_count * sizeof(double);
+    summary->block_tolerance = links->tolerance;
+    summary->short_count = links->short_count;
+    summary->occluded = links->occluded;
+    if (links->short_count)
+        hpr_warn(solution->context, "%zu kernel blocks stopped short of their tolerance %g",
+                 links->short_count, links->tolerance);
+}
+
+/* Stages in order; each fills its part of the solution. The energy terms need the whole H. */
 static hpr_status transport(hpr_solution *solution, const hpr_solve_options *options)
 {
     hpr_context *ctx = solution->context;
@@ -177,18 +224,17 @@ static hpr_status transport(hpr_solution *solution, const hpr_solve_options *opt
     hpr_stage_end(ctx);
     if (status != HPR_OK)
         return status;
-    hpr_solve_summary *summary = &solution->summary;
-    summary->link_count = links->count;
-    summary->block_bytes = links->block_count * sizeof(double);
-    summary->block_tolerance = links->tolerance;
-    summary->short_count = links->short_count;
-    summary->occluded = links->occluded;
-    if (links->short_count)
-        hpr_warn(ctx, "%zu kernel blocks stopped short of their tolerance %g", links->short_count,
-                 links->tolerance);
+    summarise_links(solution, links);
     hpr_stage_begin(ctx, "solver");
     status = solve_system(solution, links, options);
     hpr_stage_end(ctx);
+    if (status == HPR_OK) {
+        hpr_stage_begin(ctx, "energy");
+        status = hpr_energy_compute(solution);
+        hpr_stage_end(ctx);
+    }
+    if (status == HPR_OK && solution->summary.direct == HPR_DIRECT_EXACT)
+        status = take_out_direct(solution, links);
     hpr_links_destroy(&links);
     return status;
 }
@@ -220,14 +266,8 @@ hpr_status hpr_solve(hpr_context *context, const hpr_scene *scene, const hpr_sol
         hpr_warn(context, "%s: no surface; the solution is empty", scene->path);
     else if (status == HPR_OK && !has_light(solution->patches))
         hpr_warn(context, "%s: no light; the solution is zero", scene->path);
-    else if (status == HPR_OK) {
+    else if (status == HPR_OK)
         status = transport(solution, options);
-        if (status == HPR_OK) {
-            hpr_stage_begin(context, "energy");
-            status = hpr_energy_compute(solution);
-            hpr_stage_end(context);
-        }
-    }
     if (status != HPR_OK)
         hpr_solution_destroy(&solution);
     *out = solution;

@@ -97,7 +97,8 @@ static double mean_error(const mixed *m, int order)
 {
     hpr_room room = room_open(2);
     room_add_box(&room, 1, 1, 1, m->reflectance, m->exitance, m->open);
-    hpr_solution *solution = room_solve(&room, order, 0);
+    /* all of H in the coefficients */
+    hpr_solution *solution = room_solve_direct(&room, order, 0, HPR_DIRECT_GALERKIN);
     double worst = 0;
     for (int face = 0, patch = 0; face < 6; face++) {
         if (face == m->open)

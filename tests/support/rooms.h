@@ -74,18 +74,25 @@ static inline void room_add_box(hpr_room *room, double a, double b, double c, co
     }
 }
 
-static inline hpr_solution *room_solve(hpr_room *room, int order, int subdivide)
+static inline hpr_solution *room_solve_direct(hpr_room *room, int order, int subdivide,
+                                              hpr_direct_mode direct)
 {
     hpr_solve_options options;
     hpr_solve_options_init(&options);
     options.order = order;
     options.subdivide = subdivide;
+    options.direct = direct;
     hpr_solution *solution = NULL;
     hpr_status status = hpr_solve(room->context, room->scene, &options, &solution);
     if (status != HPR_OK)
         print_error("solve: %s\n", hpr_context_error(room->context));
     assert_int_equal(status, HPR_OK);
     return solution;
+}
+
+static inline hpr_solution *room_solve(hpr_room *room, int order, int subdivide)
+{
+    return room_solve_direct(room, order, subdivide, HPR_DIRECT_EXACT);
 }
 
 /* Radiosity of the first channel at a point of the patch whose front `normal` points to. */

@@ -14,8 +14,12 @@ static const double zero[3] = {0, 0, 0}, ex[3] = {1, 0, 0}, ey[3] = {0, 1, 0};
 static hpr_solution solution_of(hpr_context *ctx, hpr_patches *patches, hpr_camera *camera,
                                 const double *irradiance)
 {
-    hpr_solution solution = {
-        .context = ctx, .channel_count = 1, .patches = patches, .camera_count = 1, .camera = camera};
+    hpr_solution solution = {.summary.direct = HPR_DIRECT_GALERKIN, /* all of H in the coefficients */
+                             .context = ctx,
+                             .channel_count = 1,
+                             .patches = patches,
+                             .camera_count = 1,
+                             .camera = camera};
     assert_int_equal(hpr_elements_uniform(patches, 0, 0, &solution.elements), HPR_OK);
     solution.irradiance = calloc(patches->count + 1, sizeof(double));
     for (size_t i = 0; irradiance && i < patches->count; i++)

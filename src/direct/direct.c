@@ -1,0 +1,256 @@
+#include "direct/direct.h"
+
+#include "direct/lambert.h"
+#include "direct/visible.h"
+#include "visibility/visibility.h"
+
+#include <string.h>
+
+/* Beyond these the lists cost more than the light is worth; chosen so that they take well under a second. */
+enum { MAX_EMITTERS = 16, MAX_PATCHES = 512 };
+
+/* How a leaf sees an emitter. */
+typedef struct sight {
+    uint8_t verdict;     /* hpr_verdict */
+    size_t first, count; /* its blockers in hpr_direct.blocker */
+} sight;
+
+struct hpr_direct {
+    hpr_context *context;
+    const hpr_patches *patches;
+    const hpr_elements *elements;
+    hpr_convex *outline; /* [patch_count] */
+    size_t emitter_count;
+    uint32_t *emitter; /* [emitter_count] patches with M > 0 */
+    sight *sights;     /* [leaf_count][emitter_count] */
+    uint32_t *blocker;
+    size_t blocker_count, blocker_capacity;
+    double size; /* of the scene */
+};
+
+static bool emits(const hpr_patches *patches, size_t patch)
+{
+    for (size_t c = 0; c < patches->channel_count; c++) {
+        if (patches->exitance[patches->channel_count * patch + c] > 0)
+            return true;
+    }
+    return false;
+}
+
+static size_t count_emitters(const hpr_patches *patches)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < patches->count; i++)
+        count += emits(patches, i);
+    return count;
+}
+
+bool hpr_direct_affordable(const hpr_patches *patches)
+{
+    return patches->count <= MAX_PATCHES && count_emitters(patches) <= MAX_EMITTERS;
+}
+
+void hpr_direct_destroy(hpr_direct **out)
+{
+    hpr_direct *direct = *out;
+    if (!direct)
+        return;
+    hpr_context *ctx = direct->context;
+    void *arrays[] = {direct->outline, direct->emitter, direct->sights, direct->blocker};
+    for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
+        hpr_release(ctx, arrays[i]);
+    hpr_release(ctx, direct);
+    *out = NULL;
+}
+
+static void patch_facet(const hpr_patches *patches, size_t patch, hpr_facet *facet)
+{
+    facet->corner_count = hpr_patch_corners(patches, patch, facet->corner);
+    memcpy(facet->normal, patches->normal + 3 * patch, sizeof facet->normal);
+}
+
+static void leaf_facet(const hpr_direct *direct, size_t leaf, hpr_facet *facet)
+{
+    const hpr_elements *e = direct->elements;
+    size_t node = e->leaf[leaf], patch = e->patch[node];
+    bool triangle = direct->patches->shape[patch] == HPR_SHAPE_TRIANGLE;
+    facet->corner_count = triangle ? 3 : 4;
+    for (int k = 0; k < 3; k++) {
+        double o = e->origin[3 * node + (size_t)k], a = e->edge1[3 * node + (size_t)k],
+               b = e->edge2[3 * node + (size_t)k];
+        facet->corner[0][k] = o;
+        facet->corner[1][k] = o + a;
+        facet->corner[2][k] = triangle ? o + b : o + a + b;
+        facet->corner[3][k] = o + b;
+    }
+    memcpy(facet->normal, direct->patches->normal + 3 * patch, sizeof facet->normal);
+}
+
+/* Verdict and blockers of one leaf, out of the candidates of its patch. found: room for them. */
+static hpr_status look(hpr_direct *direct, const hpr_visibility *visibility, size_t leaf, size_t emitter,
+                       const uint32_t *candidates, size_t candidate_count, uint32_t *found)
+{
+    hpr_facet own, light;
+    size_t count = 0;
+    sight *it = &direct->sights[leaf * direct->emitter_count + emitter];
+    leaf_facet(direct, leaf, &own);
+    patch_facet(direct->patches, direct->emitter[emitter], &light);
+    it->verdict = (uint8_t)hpr_visibility_classify(visibility, &own, &light, candidates, candidate_count,
+                                                   found, &count);
+    hpr_status status = hpr_grow(direct->context, &direct->blocker, &direct->blocker_capacity,
+                                 direct->blocker_count + count, sizeof *direct->blocker);
+    if (status != HPR_OK)
+        return status;
+    it->first = direct->blocker_count;
+    it->count = count;
+    if (count)
+        memcpy(direct->blocker + direct->blocker_count, found, count * sizeof *found);
+    direct->blocker_count += count;
+    return HPR_OK;
+}
+
+static hpr_status look_from_patch(hpr_direct *direct, const hpr_visibility *visibility, size_t patch,
+                                  size_t emitter, uint32_t *candidates, uint32_t *found)
+{
+    const hpr_elements *e = direct->elements;
+    hpr_facet own, light;
+    size_t count = 0;
+    patch_facet(direct->patches, patch, &own);
+    patch_facet(direct->patches, direct->emitter[emitter], &light);
+    hpr_verdict verdict =
+        patch == direct->emitter[emitter]
+            ? HPR_SEES_NOTHING
+            : hpr_visibility_classify(visibility, &own, &light, NULL, 0, candidates, &count);
+    hpr_status status = HPR_OK;
+    for (size_t leaf = e->patch_leaf[patch]; status == HPR_OK && leaf < e->patch_leaf[patch + 1]; leaf++) {
+        if (verdict == HPR_SEES_NOTHING)
+            direct->sights[leaf * direct->emitter_count + emitter] = (sight){.verdict = HPR_SEES_NOTHING};
+        else
+            status = look(direct, visibility, leaf, emitter, candidates, count, found);
+    }
+    return status;
+}
+
+static hpr_status look_everywhere(hpr_direct *direct)
+{
+    hpr_context *ctx = direct->context;
+    size_t patches = direct->patches->count;
+    hpr_visibility *visibility = NULL;
+    uint32_t *candidates = NULL, *found = NULL;
+    hpr_status status = hpr_visibility_create(direct->patches, &visibility);
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &candidates, patches, sizeof *candidates, "direct light");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &found, patches, sizeof *found, "direct light");
+    for (size_t patch = 0; status == HPR_OK && patch < patches; patch++) {
+        for (size_t emitter = 0; status == HPR_OK && emitter < direct->emitter_count; emitter++)
+            status = look_from_patch(direct, visibility, patch, emitter, candidates, found);
+    }
+    hpr_visibility_destroy(&visibility);
+    hpr_release(ctx, candidates);
+    hpr_release(ctx, found);
+    return status;
+}
+
+static void set_outlines(hpr_direct *direct)
+{
+    double centre[3];
+    direct->size = 2 * hpr_patches_radius(direct->patches, centre);
+    for (size_t i = 0, next = 0; i < direct->patches->count; i++) {
+        double corner[4][3];
+        direct->outline[i].count = (int)hpr_patch_corners(direct->patches, i, corner);
+        for (int k = 0; k < direct->outline[i].count; k++)
+            direct->outline[i].corner[k] = hpr_vec3_load(corner[k]);
+        if (emits(direct->patches, i))
+            direct->emitter[next++] = (uint32_t)i;
+    }
+}
+
+hpr_status hpr_direct_create(const hpr_patches *patches, const hpr_elements *elements, hpr_direct **out)
+{
+    hpr_context *ctx = patches->context;
+    hpr_direct *direct = NULL;
+    *out = NULL;
+    hpr_status status = hpr_allocate_into(ctx, &direct, 1, sizeof *direct, "direct light");
+    if (status != HPR_OK)
+        return status;
+    direct->context = ctx;
+    direct->patches = patches;
+    direct->elements = elements;
+    direct->emitter_count = count_emitters(patches);
+    status =
+        hpr_allocate_into(ctx, &direct->outline, patches->count, sizeof *direct->outline, "direct light");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &direct->emitter, direct->emitter_count, sizeof *direct->emitter,
+                                   "direct light");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &direct->sights, elements->leaf_count * direct->emitter_count,
+                                   sizeof *direct->sights, "direct light");
+    if (status == HPR_OK) {
+        set_outlines(direct);
+        status = look_everywhere(direct);
+    }
+    if (status != HPR_OK)
+        hpr_direct_destroy(&direct);
+    *out = direct;
+    return status;
+}
+
+static hpr_vec3 leaf_point(const hpr_elements *e, size_t node, double s, double t)
+{
+    return hpr_madd(hpr_madd(hpr_vec3_load(e->origin + 3 * node), s, hpr_vec3_load(e->edge1 + 3 * node)), t,
+                    hpr_vec3_load(e->edge2 + 3 * node));
+}
+
+/* A point in the plane of an emitter that the leaf sees is moved inward, so that a shared edge shows its
+ * limit from inside; for all emitters alike, so that their fractions belong to one point. */
+static hpr_vec3 limit_point(const hpr_direct *direct, size_t leaf, double s, double t)
+{
+    static const double in_plane = 1e-9, inward = 1e-6;
+    const hpr_patches *patches = direct->patches;
+    size_t node = direct->elements->leaf[leaf];
+    hpr_vec3 x = leaf_point(direct->elements, node, s, t);
+    bool touches = false;
+    for (size_t k = 0; k < direct->emitter_count; k++) {
+        size_t emitter = direct->emitter[k];
+        double height = hpr_dot(hpr_vec3_load(patches->normal + 3 * emitter),
+                                hpr_sub(x, hpr_vec3_load(patches->origin + 3 * emitter)));
+        touches |= direct->sights[leaf * direct->emitter_count + k].verdict != HPR_SEES_NOTHING &&
+                   fabs(height) <= in_plane * direct->size;
+    }
+    if (!touches)
+        return x;
+    bool triangle = patches->shape[direct->elements->patch[node]] == HPR_SHAPE_TRIANGLE;
+    double middle = triangle ? 1.0 / 3 : 0.5;
+    return leaf_point(direct->elements, node, s + inward * (middle - s), t + inward * (middle - t));
+}
+
+static double seen_fraction(const hpr_direct *direct, const sight *it, size_t emitter, hpr_vec3 x,
+                            hpr_vec3 normal)
+{
+    const hpr_convex *light = &direct->outline[emitter];
+    hpr_vec3 light_normal = hpr_vec3_load(direct->patches->normal + 3 * emitter);
+    if (hpr_dot(light_normal, hpr_sub(x, light->corner[0])) <= 0)
+        return 0; /* behind the emitter */
+    hpr_visible visible;
+    hpr_visible_part(x, light, light_normal, direct->outline, direct->blocker + it->first, (int)it->count,
+                     &visible);
+    return hpr_visible_fraction(normal, &visible);
+}
+
+void hpr_direct_add(const hpr_direct *direct, size_t leaf, double s, double t, double *irradiance)
+{
+    const hpr_patches *patches = direct->patches;
+    size_t node = direct->elements->leaf[leaf], patch = direct->elements->patch[node],
+           n = patches->channel_count;
+    hpr_vec3 normal = hpr_vec3_load(patches->normal + 3 * patch), x = limit_point(direct, leaf, s, t);
+    for (size_t k = 0; k < direct->emitter_count; k++) {
+        const sight *it = &direct->sights[leaf * direct->emitter_count + k];
+        if (it->verdict == HPR_SEES_NOTHING)
+            continue;
+        size_t emitter = direct->emitter[k];
+        double fraction = seen_fraction(direct, it, emitter, x, normal);
+        for (size_t c = 0; c < n; c++)
+            irradiance[c] += fraction * patches->exitance[n * emitter + c];
+    }
+}

@@ -2,7 +2,7 @@
 
 #include "math/vec3.h"
 
-enum { MAX_CORNERS = 16 };
+enum { MAX_CORNERS = 24 };
 
 /* Sutherland & Hodgman 1974 against height over the horizon >= 0; corners relative to the point. */
 static size_t cut_at_horizon(hpr_vec3 normal, const hpr_vec3 *in, size_t count, hpr_vec3 *out)

@@ -10,7 +10,7 @@
 #include <stddef.h>
 
 /*
- * F >= 0 for a polygon seen from either side. corner: [count][3], count <= 8, planar and convex. normal has
+ * F >= 0 for a polygon seen from either side. corner: [count][3], count <= 24, planar and convex. normal has
  * length 1. A point in the polygon's plane gets 0. Never allocates; thread-safe.
  */
 double hpr_lambert_fraction(const double point[3], const double normal[3], const double (*corner)[3],

@@ -162,21 +162,24 @@ static void add_facet(builder *b, const uint32_t vertex[4], size_t face, uint32_
     f->partner = partner;
 }
 
-/* A face with four corners stays whole if it is a parallelogram, else it falls into two triangles. */
+/* A face with four corners stays whole if it is a parallelogram, else it falls into two triangles, of which
+ * one may have no area. */
 static void add_quad(builder *b, size_t face)
 {
     const uint32_t *v = b->scene->face_vertex + 4 * face;
-    if (parallelogram(b, v)) {
+    if (!degenerate(b, v) && parallelogram(b, v)) {
         add_facet(b, v, face, HPR_NONE);
         return;
     }
     uint32_t half[2][4] = {{v[0], v[1], v[2], HPR_NONE}, {v[0], v[2], v[3], HPR_NONE}};
+    int added = 0;
     for (int i = 0; i < 2; i++) {
-        if (degenerate(b, half[i]))
-            b->patches->degenerate_count++;
-        else
+        if (!degenerate(b, half[i])) {
             add_facet(b, half[i], face, HPR_NONE);
+            added++;
+        }
     }
+    b->patches->degenerate_count += added == 0;
 }
 
 static void collect_facets(builder *b)

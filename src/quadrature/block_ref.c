@@ -17,6 +17,7 @@ struct hpr_block_scratch {
     double outer_basis[HPR_MAX_BASIS];
     double transported[HPR_MAX_BASIS]; /* sum over inner points of G phi_l */
     double kernel[HPR_POINTS_MAX];
+    hpr_convex blocker[HPR_CLIP_BLOCKERS];
 };
 
 hpr_status hpr_quadrature_create(hpr_context *ctx, hpr_quadrature **quadrature)
@@ -132,7 +133,7 @@ static void add_group(void *user, const hpr_group *group)
                        scratch->inner_basis + (size_t)j * inner->basis_count);
     for (int i = 0; i < outer->points->count; i++) {
         kernel_row(outer->points, i, inner->points, scale * outer->points->weight[i], scratch->kernel);
-        if (e->task->blocker_count)
+        if (e->result->sampled)
             sample_visibility(e, outer, i, inner, scratch->kernel);
         transport(scratch, inner, scratch->transported);
         hpr_basis_eval(outer->frame->shape, outer->frame->degree, outer->points->s[i], outer->points->t[i],
@@ -154,6 +155,20 @@ static double area_factor(const hpr_element_frame *frame)
 {
     double jacobian = frame->shape == HPR_SHAPE_PARALLELOGRAM ? frame->area_m2 : 2 * frame->area_m2;
     return jacobian * hpr_basis_scale(frame->shape, frame->area_m2);
+}
+
+/* The blockers as polygons, moved like the pair. */
+static void set_blockers(const hpr_block_task *task, hpr_pair *pair, hpr_convex *blocker)
+{
+    const hpr_patches *patches = hpr_visibility_patches(task->visibility);
+    for (size_t i = 0; i < task->blocker_count; i++) {
+        double corner[4][3];
+        blocker[i].count = (int)hpr_patch_corners(patches, task->blockers[i], corner);
+        for (int k = 0; k < blocker[i].count; k++)
+            blocker[i].corner[k] = hpr_sub(hpr_vec3_load(corner[k]), task->recv.origin);
+    }
+    pair->blocker = blocker;
+    pair->blocker_count = (int)task->blocker_count;
 }
 
 hpr_block_result hpr_block_ref(const hpr_quadrature *quadrature, const hpr_block_task *task, double *block,
@@ -178,7 +193,11 @@ hpr_block_result hpr_block_ref(const hpr_quadrature *quadrature, const hpr_block
                               .negligible = task->negligible,
                               .contact_m = task->contact_m,
                               .least_nodes = 1};
-    if (task->blocker_count) {
+    bool clip = task->clip && degree == 0 && task->blocker_count <= HPR_CLIP_BLOCKERS;
+    if (clip && task->blocker_count)
+        set_blockers(task, &pair, scratch->blocker);
+    result.sampled = task->blocker_count && !clip;
+    if (result.sampled) {
         demand.tolerance = fmax(task->tolerance, sampled_tolerance);
         demand.least_nodes = degree + 2;
     }

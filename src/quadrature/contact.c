@@ -197,6 +197,8 @@ void hpr_contact_find(const hpr_pair *pair, const hpr_cell *recv, const hpr_cell
     if (!has_front(&a, contact_m) || !has_front(&b, contact_m))
         return;
     contact->kind = HPR_CONTACT_SEPARATE;
+    contact->recv_front = a.front;
+    contact->send_front = b.front;
     turn_to_line(&a, contact_m);
     turn_to_line(&b, contact_m);
     if (a.on_line && b.on_line) {

@@ -35,7 +35,8 @@ enum { HPR_PIECES_MAX = HPR_POLYGON_MAX + 2 };
 
 typedef struct hpr_contact {
     hpr_contact_kind kind;
-    double length_m; /* of a shared segment */
+    double length_m;                    /* of a shared segment */
+    hpr_polygon recv_front, send_front; /* the parts in front of the other's plane */
     int recv_count, send_count;
     hpr_piece recv[HPR_PIECES_MAX], send[HPR_PIECES_MAX];
 } hpr_contact;

@@ -31,15 +31,23 @@ static double face_distance2(hpr_vec3 p, const hpr_vec3 *polygon, int count)
     return height * height / hpr_dot(normal, normal);
 }
 
-double hpr_polygon_distance(const hpr_vec3 *a, int a_count, const hpr_vec3 *b, int b_count)
+double hpr_outline_distance(const hpr_vec3 *a, int a_count, const hpr_vec3 *b, int b_count)
 {
     double best = INFINITY;
     for (int i = 0; i < a_count; i++) {
         hpr_vec3 d = hpr_sub(a[(i + 1) % a_count], a[i]);
         for (int j = 0; j < b_count; j++)
             best = fmin(best, segment_distance2(a[i], d, b[j], hpr_sub(b[(j + 1) % b_count], b[j])));
-        best = fmin(best, face_distance2(a[i], b, b_count));
     }
+    return sqrt(best);
+}
+
+double hpr_polygon_distance(const hpr_vec3 *a, int a_count, const hpr_vec3 *b, int b_count)
+{
+    double best = hpr_outline_distance(a, a_count, b, b_count);
+    best *= best;
+    for (int i = 0; i < a_count; i++)
+        best = fmin(best, face_distance2(a[i], b, b_count));
     for (int j = 0; j < b_count; j++)
         best = fmin(best, face_distance2(b[j], a, a_count));
     return sqrt(best);

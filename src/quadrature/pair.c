@@ -1,7 +1,11 @@
 #include "quadrature/pair.h"
 
+#include "direct/lambert.h"
+
 void hpr_pair_init(hpr_pair *pair, const hpr_element_frame *recv, const hpr_element_frame *send)
 {
+    pair->blocker = NULL;
+    pair->blocker_count = 0;
     pair->recv = *recv;
     pair->send = *send;
     hpr_vec3 offset = hpr_sub(send->origin, recv->origin);
@@ -39,4 +43,22 @@ int hpr_cell_corners(const hpr_element_frame *frame, const hpr_cell *cell, hpr_v
     corner[2] = hpr_add(corner[1], e2);
     corner[3] = hpr_add(o, e2);
     return 4;
+}
+
+double hpr_inner_fraction(const hpr_pair *pair, const hpr_element_frame *outer,
+                          const hpr_element_frame *inner, const hpr_convex *polygon, hpr_vec3 point,
+                          bool *complete)
+{
+    if (pair->blocker_count) {
+        hpr_visible visible;
+        *complete &=
+            hpr_visible_part(point, polygon, inner->normal, pair->blocker, pair->blocker_count, &visible);
+        return hpr_visible_fraction(outer->normal, &visible);
+    }
+    double x[3], normal[3], corner[HPR_VISIBLE_CORNERS][3];
+    hpr_vec3_store(x, point);
+    hpr_vec3_store(normal, outer->normal);
+    for (int i = 0; i < polygon->count; i++)
+        hpr_vec3_store(corner[i], polygon->corner[i]);
+    return hpr_lambert_fraction(x, normal, (const double(*)[3])corner, (size_t)polygon->count);
 }

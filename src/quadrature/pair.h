@@ -2,6 +2,7 @@
 #ifndef HPR_QUADRATURE_PAIR_H
 #define HPR_QUADRATURE_PAIR_H
 
+#include "direct/visible.h"
 #include "math/vec3.h"
 #include "patch/patches.h"
 
@@ -38,6 +39,10 @@ typedef struct hpr_pair {
     hpr_element_frame recv, send;
     hpr_affine recv_height; /* of receiver points over the sender's plane, metres */
     hpr_affine send_height; /* of sender points over the receiver's plane */
+    /* Polygons that come between and are to be clipped out exactly; none: wholly visible. Borrowed, moved
+     * like the pair. */
+    const hpr_convex *blocker;
+    int blocker_count;
 } hpr_pair;
 
 void hpr_pair_init(hpr_pair *pair, const hpr_element_frame *recv, const hpr_element_frame *send);
@@ -58,12 +63,21 @@ static inline hpr_vec3 hpr_frame_vector(const hpr_element_frame *frame, const do
     return hpr_madd(hpr_scale(frame->edge1, d[0]), d[1], frame->edge2);
 }
 
+/* The part of what leaves the inner polygon per unit radiosity that arrives at a point of the outer element,
+ * past the pair's blockers; false in *complete if there were too many of them. */
+double hpr_inner_fraction(const hpr_pair *pair, const hpr_element_frame *outer,
+                          const hpr_element_frame *inner, const hpr_convex *polygon, hpr_vec3 point,
+                          bool *complete);
+
 /* The whole element as a cell. */
 hpr_cell hpr_cell_whole(hpr_shape shape);
 hpr_cell hpr_cell_triangle(const double p0[2], const double p1[2], const double p2[2]);
 
 /* Corners of a cell in space, 3 or 4; returns their number. */
 int hpr_cell_corners(const hpr_element_frame *frame, const hpr_cell *cell, hpr_vec3 corner[4]);
+
+/* Smallest distance of the outlines of two polygons. */
+double hpr_outline_distance(const hpr_vec3 *a, int a_count, const hpr_vec3 *b, int b_count);
 
 /* Smallest distance of two planar convex polygons that do not pierce each other. Source: Ericson 2005, 5.1.
  */

@@ -13,6 +13,9 @@ void hpr_rule_points(const hpr_gauss_table *gauss, const hpr_pair *pair, const h
     case HPR_RULE_EDGE:
         hpr_points_edge(gauss, pair, rule, group, sink, user);
         return;
+    case HPR_RULE_NESTED:
+        hpr_points_nested(gauss, pair, rule, group, sink, user);
+        return;
     }
 }
 

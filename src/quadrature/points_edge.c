@@ -10,7 +10,8 @@
 #include "quadrature/touching.h"
 
 typedef struct edge_rule {
-    const hpr_gauss_rule *kernel;
+    const hpr_gauss_rule *gauss;
+    const hpr_rule *rule;
     int n; /* kernel nodes */
     hpr_wing recv, send;
     double xi, eta1;
@@ -40,14 +41,24 @@ static void flush(edge_rule *e)
     clear(e);
 }
 
+/* eta2 is axis 0 of the box, eta3 axis 1. */
+static double eta(const edge_rule *e, int axis, int node)
+{
+    return e->rule->box.low[axis] + e->rule->box.width[axis] * e->gauss->node[node];
+}
+
+static double weight(const edge_rule *e, int axis, int node)
+{
+    return e->rule->box.width[axis] * e->gauss->weight[node];
+}
+
 /* First term: receiver (0, eta3), sender (eta2, 1 - eta2). */
 static void both_vary(edge_rule *e)
 {
     clear(e);
     for (int i = 0; i < e->n; i++) {
-        double eta = e->kernel->node[i], w = e->kernel->weight[i];
-        append(e, &e->recv, &e->group->recv, 0, eta, w);
-        append(e, &e->send, &e->group->send, eta, 1 - eta, w);
+        append(e, &e->recv, &e->group->recv, 0, eta(e, 1, i), weight(e, 1, i));
+        append(e, &e->send, &e->group->send, eta(e, 0, i), 1 - eta(e, 0, i), weight(e, 0, i));
     }
     flush(e);
 }
@@ -61,11 +72,11 @@ static void one_at_tip(edge_rule *e, bool recv_at_tip)
     clear(e);
     append(e, tip, tip_points, 0, 1, 1);
     for (int j = 0; j < e->n; j++) {
-        double eta2 = e->kernel->node[j];
+        double eta2 = eta(e, 0, j);
         for (int i = 0; i < e->n; i++) {
-            double eta3 = e->kernel->node[i];
+            double eta3 = eta(e, 1, i);
             append(e, other, other_points, eta2 * eta3, eta2 * (1 - eta3),
-                   e->kernel->weight[i] * e->kernel->weight[j] * eta2);
+                   weight(e, 0, j) * weight(e, 1, i) * eta2);
         }
     }
     flush(e);
@@ -76,10 +87,10 @@ static void sender_on_edge_normal(edge_rule *e)
 {
     clear(e);
     for (int j = 0; j < e->n; j++) {
-        double eta2 = e->kernel->node[j];
-        append(e, &e->recv, &e->group->recv, eta2, 1 - eta2, e->kernel->weight[j] * eta2);
+        double eta2 = eta(e, 0, j);
+        append(e, &e->recv, &e->group->recv, eta2, 1 - eta2, weight(e, 0, j) * eta2);
         for (int i = 0; i < e->n; i++)
-            append(e, &e->send, &e->group->send, 0, eta2 * e->kernel->node[i], e->kernel->weight[i]);
+            append(e, &e->send, &e->group->send, 0, eta2 * eta(e, 1, i), weight(e, 1, i));
         flush(e);
     }
 }
@@ -89,20 +100,42 @@ static void receiver_on_diagonal(edge_rule *e)
 {
     clear(e);
     for (int j = 0; j < e->n; j++) {
-        double eta2 = e->kernel->node[j];
-        append(e, &e->send, &e->group->send, 0, eta2, e->kernel->weight[j] * eta2);
+        double eta2 = eta(e, 0, j);
+        append(e, &e->send, &e->group->send, 0, eta2, weight(e, 0, j) * eta2);
         for (int i = 0; i < e->n; i++) {
-            double product = eta2 * e->kernel->node[i];
-            append(e, &e->recv, &e->group->recv, product, 1 - product, e->kernel->weight[i]);
+            double product = eta2 * eta(e, 1, i);
+            append(e, &e->recv, &e->group->recv, product, 1 - product, weight(e, 1, i));
         }
         flush(e);
+    }
+}
+
+static void add_term(edge_rule *e)
+{
+    switch (e->rule->term) {
+    case 0:
+        both_vary(e);
+        return;
+    case 1:
+        one_at_tip(e, true);
+        return;
+    case 2:
+        sender_on_edge_normal(e);
+        return;
+    case 3:
+        one_at_tip(e, false);
+        return;
+    default:
+        receiver_on_diagonal(e);
+        return;
     }
 }
 
 void hpr_points_edge(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_rule *rule,
                      hpr_group *group, hpr_group_sink sink, void *user)
 {
-    edge_rule e = {.kernel = &gauss->legendre[rule->kernel_nodes],
+    edge_rule e = {.gauss = &gauss->legendre[rule->kernel_nodes],
+                   .rule = rule,
                    .n = rule->kernel_nodes,
                    .recv = hpr_wing_make(&pair->recv, &pair->recv_height, &rule->recv),
                    .send = hpr_wing_make(&pair->send, &pair->send_height, &rule->send),
@@ -115,11 +148,7 @@ void hpr_points_edge(const hpr_gauss_table *gauss, const hpr_pair *pair, const h
             e.xi = scale->node[i];
             e.eta1 = scale->node[j];
             group->scale = scale->weight[i] * scale->weight[j] * e.xi;
-            both_vary(&e);
-            one_at_tip(&e, true);
-            sender_on_edge_normal(&e);
-            one_at_tip(&e, false);
-            receiver_on_diagonal(&e);
+            add_term(&e);
         }
     }
 }

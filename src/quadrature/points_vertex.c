@@ -6,34 +6,44 @@
 #include "quadrature/touching.h"
 
 typedef struct vertex_rule {
-    const hpr_gauss_rule *kernel;
-    int kernel_nodes;
+    const hpr_gauss_rule *gauss;
+    const hpr_rule *rule;
 } vertex_rule;
 
-/* The points xi (1, eta): the leading side. */
-static void lead(const vertex_rule *rule, const hpr_wing *wing, double xi, hpr_points *points)
+static double eta(const vertex_rule *v, int axis, int node)
+{
+    return v->rule->box.low[axis] + v->rule->box.width[axis] * v->gauss->node[node];
+}
+
+static double weight(const vertex_rule *v, int axis, int node)
+{
+    return v->rule->box.width[axis] * v->gauss->weight[node];
+}
+
+/* The points xi (1, eta1): the leading side. */
+static void lead(const vertex_rule *v, const hpr_wing *wing, double xi, hpr_points *points)
 {
     points->count = 0;
-    for (int i = 0; i < rule->kernel_nodes; i++) {
-        double eta = rule->kernel->node[i];
-        hpr_vec3 position = hpr_madd(wing->first, eta, wing->second);
-        double height = wing->first_height + eta * wing->second_height;
-        hpr_wing_append(wing, points, xi, xi * eta, position, rule->kernel->weight[i] * height);
+    for (int i = 0; i < v->rule->kernel_nodes; i++) {
+        double eta1 = eta(v, 0, i);
+        hpr_vec3 position = hpr_madd(wing->first, eta1, wing->second);
+        double height = wing->first_height + eta1 * wing->second_height;
+        hpr_wing_append(wing, points, xi, xi * eta1, position, weight(v, 0, i) * height);
     }
 }
 
 /* The points xi eta2 (1, eta3): the following side. */
-static void follow(const vertex_rule *rule, const hpr_wing *wing, double xi, hpr_points *points)
+static void follow(const vertex_rule *v, const hpr_wing *wing, double xi, hpr_points *points)
 {
     points->count = 0;
-    for (int j = 0; j < rule->kernel_nodes; j++) {
-        double eta2 = rule->kernel->node[j];
-        for (int i = 0; i < rule->kernel_nodes; i++) {
-            double eta3 = rule->kernel->node[i];
+    for (int j = 0; j < v->rule->kernel_nodes; j++) {
+        double eta2 = eta(v, 1, j);
+        for (int i = 0; i < v->rule->kernel_nodes; i++) {
+            double eta3 = eta(v, 2, i);
             hpr_vec3 position = hpr_scale(hpr_madd(wing->first, eta3, wing->second), eta2);
             double height = eta2 * (wing->first_height + eta3 * wing->second_height);
-            double weight = rule->kernel->weight[i] * rule->kernel->weight[j] * eta2;
-            hpr_wing_append(wing, points, xi * eta2, xi * eta2 * eta3, position, weight * height);
+            hpr_wing_append(wing, points, xi * eta2, xi * eta2 * eta3, position,
+                            weight(v, 1, j) * weight(v, 2, i) * eta2 * height);
         }
     }
 }
@@ -43,16 +53,18 @@ void hpr_points_vertex(const hpr_gauss_table *gauss, const hpr_pair *pair, const
 {
     hpr_wing recv = hpr_wing_make(&pair->recv, &pair->recv_height, &rule->recv);
     hpr_wing send = hpr_wing_make(&pair->send, &pair->send_height, &rule->send);
-    vertex_rule nodes = {&gauss->legendre[rule->kernel_nodes], rule->kernel_nodes};
+    vertex_rule v = {&gauss->legendre[rule->kernel_nodes], rule};
     const hpr_gauss_rule *scale = &gauss->legendre[rule->scale_nodes];
     for (int i = 0; i < rule->scale_nodes; i++) {
         double xi = scale->node[i];
         group->scale = scale->weight[i] * xi;
-        lead(&nodes, &recv, xi, &group->recv);
-        follow(&nodes, &send, xi, &group->send);
-        sink(user, group);
-        follow(&nodes, &recv, xi, &group->recv);
-        lead(&nodes, &send, xi, &group->send);
+        if (rule->term == 0) {
+            lead(&v, &recv, xi, &group->recv);
+            follow(&v, &send, xi, &group->send);
+        } else {
+            follow(&v, &recv, xi, &group->recv);
+            lead(&v, &send, xi, &group->send);
+        }
         sink(user, group);
     }
 }

@@ -15,16 +15,33 @@
 typedef enum hpr_rule_kind {
     HPR_RULE_PRODUCT, /* separate cells: product Gauss */
     HPR_RULE_VERTEX,  /* triangles sharing vertex 0 */
-    HPR_RULE_EDGE     /* triangles sharing the edge from vertex 0 to vertex 1 */
+    HPR_RULE_EDGE,    /* triangles sharing the edge from vertex 0 to vertex 1 */
+    HPR_RULE_NESTED   /* one side point by point, the other integrated in polar coordinates around its foot */
 } hpr_rule_kind;
+
+/* A box in the coordinates of a rule: [low, low + width] along each axis. */
+typedef struct hpr_box {
+    double low[3], width[3];
+} hpr_box;
 
 typedef struct hpr_rule {
     hpr_rule_kind kind;
     hpr_cell recv, send;
-    int recv_nodes[2], send_nodes[2]; /* product: nodes along each axis */
-    int kernel_nodes;                 /* vertex, edge: nodes in the directions in which the kernel varies */
-    int scale_nodes;                  /* vertex, edge: nodes in those in which only the polynomials vary */
+    int recv_nodes[2], send_nodes[2]; /* product, nested (its outer side): nodes along each axis */
+    /* vertex, edge: one term of their sums, over a box of eta1 eta2 eta3 (vertex) or eta2 eta3 (edge) */
+    int term;
+    int kernel_nodes; /* along each axis of the box: there the kernel varies */
+    int scale_nodes;  /* along the other axes: there only the polynomials vary */
+    hpr_box box;      /* vertex, edge; nested: u v of the outer triangle, a = u (1 - v), b = v */
+    /* nested */
+    bool recv_is_outer;
+    hpr_polygon inner; /* the other side's part, in its parameters */
+    int inner_degree;  /* total degree of the inner polynomials; 0: the closed form is used */
+    double tolerance;  /* of the inner integral */
 } hpr_rule;
+
+/* Terms and axes of the vertex and the edge rule. */
+enum { HPR_VERTEX_TERMS = 2, HPR_VERTEX_AXES = 3, HPR_EDGE_TERMS = 5, HPR_EDGE_AXES = 2 };
 
 /* Largest number of points on one side of a group. */
 enum { HPR_NODES_MAX = HPR_GAUSS_MAX, HPR_POINTS_MAX = HPR_NODES_MAX * HPR_NODES_MAX };
@@ -57,6 +74,8 @@ void hpr_points_vertex(const hpr_gauss_table *gauss, const hpr_pair *pair, const
                        hpr_group *group, hpr_group_sink sink, void *user);
 void hpr_points_edge(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_rule *rule,
                      hpr_group *group, hpr_group_sink sink, void *user);
+void hpr_points_nested(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_rule *rule,
+                       hpr_group *group, hpr_group_sink sink, void *user);
 /* Whichever of them the rule's kind asks for. */
 void hpr_rule_points(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_rule *rule,
                      hpr_group *group, hpr_group_sink sink, void *user);
@@ -64,12 +83,26 @@ void hpr_rule_points(const hpr_gauss_table *gauss, const hpr_pair *pair, const h
 /* sum of a group with phi = 1: its part of sqrt(A_r A_s) K^00 over the parameter measures. */
 double hpr_group_sum(const hpr_group *group);
 
+static inline hpr_box hpr_box_unit(void)
+{
+    return (hpr_box){{0, 0, 0}, {1, 1, 1}};
+}
+
+/* The two halves along an axis. */
+static inline void hpr_box_halve(const hpr_box *box, int axis, hpr_box half[2])
+{
+    half[0] = *box;
+    half[0].width[axis] /= 2;
+    half[1] = half[0];
+    half[1].low[axis] += half[1].width[axis];
+}
+
 /* What the choice depends on besides the geometry. */
 typedef struct hpr_rule_demand {
     double tolerance;  /* relative to the block's largest entry */
     double negligible; /* an absolute error of the (dimensionless) block that does not matter either */
     double contact_m;  /* points nearer than this count as touching */
-    int least_nodes;   /* product: at least so many nodes per axis (for sampling visibility) */
+    int least_nodes;   /* product: at least so many nodes per axis; above 1 visibility is sampled */
 } hpr_rule_demand;
 
 typedef struct hpr_rule_outcome {
@@ -79,6 +112,18 @@ typedef struct hpr_rule_outcome {
 } hpr_rule_outcome;
 
 typedef void (*hpr_rule_sink)(void *user, const hpr_rule *rule);
+
+/*
+ * Rules for one pair of polygons that face each other wholly, at any distance: the outer polygon is cut along
+ * the projections of the inner one's edges, the pieces fall into triangles, and boxes of these are halved
+ * until the inner integral of a constant (Lambert's formula) is resolved to `tolerance` of the whole. degree:
+ * total degrees in the parameters. Returns false if it stopped short.
+ */
+bool hpr_nested_choose(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_polygon *recv,
+                       const hpr_polygon *send, double tolerance, hpr_rule_sink sink, void *user);
+
+/* Total degree of an element's polynomials in its parameters. */
+int hpr_total_degree(const hpr_element_frame *frame);
 
 /* Chooses the rules of a pair and hands each to `sink`. `group` is scratch, not in use by `sink`. Thread-safe
  * with distinct scratch. */

@@ -13,7 +13,6 @@ typedef struct chooser {
     hpr_rule_sink sink;
     void *user;
     int kernel_cap; /* product: more nodes than this for the kernel, and the larger cell is halved */
-    int recv_degree, send_degree; /* total degree of the polynomials in the parameters */
     int rule_count;
     hpr_rule_outcome outcome;
 } chooser;
@@ -102,21 +101,6 @@ static int clamp_nodes(chooser *c, int nodes, int least)
     return nodes;
 }
 
-typedef void (*cell_step)(chooser *c, const hpr_cell *recv, const hpr_cell *send, int depth);
-
-/* Halves the side with the longest extent and goes on with each half. */
-static void halve_larger(chooser *c, const hpr_cell *recv, const hpr_cell *send, int depth, cell_step step)
-{
-    extent a = cell_extent(&c->pair->recv, recv), b = cell_extent(&c->pair->send, send);
-    bool recv_larger = fmax(a.length[0], a.length[1]) >= fmax(b.length[0], b.length[1]);
-    extent larger = recv_larger ? a : b;
-    hpr_cell half[2];
-    halve(recv_larger ? &c->pair->recv : &c->pair->send, recv_larger ? recv : send,
-          larger.length[1] > larger.length[0], half);
-    for (int i = 0; i < 2; i++)
-        step(c, recv_larger ? &half[i] : recv, recv_larger ? send : &half[i], depth + 1);
-}
-
 static void separate(chooser *c, const hpr_cell *recv, const hpr_cell *send, int depth)
 {
     hpr_vec3 a[4], b[4];
@@ -132,7 +116,10 @@ static void separate(chooser *c, const hpr_cell *recv, const hpr_cell *send, int
     }
     bool stop = depth >= MAX_DEPTH || c->rule_count >= MAX_RULES;
     if (nodes[longest] > c->kernel_cap && !stop) {
-        halve_larger(c, recv, send, depth, separate);
+        hpr_cell half[2];
+        halve(longest < 2 ? &c->pair->recv : &c->pair->send, longest < 2 ? recv : send, longest % 2, half);
+        for (int i = 0; i < 2; i++)
+            separate(c, longest < 2 ? &half[i] : recv, longest < 2 ? send : &half[i], depth + 1);
         return;
     }
     c->outcome.stopped_short |= nodes[longest] > c->kernel_cap;
@@ -158,32 +145,105 @@ static void add_kernel_sum(void *user, const hpr_group *group)
     total->count += (uint64_t)group->recv.count * (uint64_t)group->send.count;
 }
 
-/*
- * A touching pair: the kernel alone is integrated with rising numbers of nodes until two agree; then nodes
- * are added for the polynomials. Where the polynomials vary alone, the number that is exact for them is
- * taken.
- */
-static void touching(chooser *c, hpr_rule rule)
+static int term_count(const hpr_rule *rule)
 {
-    static const int trial[] = {2, 3, 4, 6, 8, 10, 12, 15, 19, 24, 30};
-    enum { TRIALS = sizeof trial / sizeof *trial };
-    double before = 0;
-    bool reached = false;
-    int i = 0;
-    for (; i < TRIALS && !reached; i++) {
-        kernel_sum total = {0};
-        rule.kernel_nodes = trial[i];
-        rule.scale_nodes = 1;
-        hpr_rule_points(c->gauss, c->pair, &rule, c->group, add_kernel_sum, &total);
-        c->outcome.kernel_count += total.count;
-        reached = i > 0 && fabs(total.sum - before) <= c->tolerance * fabs(total.sum);
-        before = total.sum;
-    }
-    c->outcome.stopped_short |= !reached;
-    int degree = c->recv_degree + c->send_degree;
-    rule.kernel_nodes = clamp_nodes(c, trial[i - 1] + (degree + 1) / 2, 1);
+    return rule->kind == HPR_RULE_EDGE ? HPR_EDGE_TERMS : HPR_VERTEX_TERMS;
+}
+
+/* The kernel's integral over the rule's term and box, all polynomials 1. */
+static double kernel_integral(chooser *c, const hpr_rule *rule)
+{
+    kernel_sum total = {0};
+    hpr_rule_points(c->gauss, c->pair, rule, c->group, add_kernel_sum, &total);
+    c->outcome.kernel_count += total.count;
+    return total.sum;
+}
+
+/* Nodes are added for the polynomials; where they vary alone, the number that is exact for them is taken. */
+static void emit_touching(chooser *c, const hpr_rule *kernel_rule)
+{
+    hpr_rule rule = *kernel_rule;
+    int degree = hpr_total_degree(&c->pair->recv) + hpr_total_degree(&c->pair->send);
+    rule.kernel_nodes = clamp_nodes(c, rule.kernel_nodes + (degree + 1) / 2, 1);
     rule.scale_nodes = clamp_nodes(c, (degree + 3) / 2, 1);
     emit(c, &rule);
+}
+
+/* One box of a term: emitted if its halves along every axis agree with it, else halved where they agree
+ * least. */
+static void refine_touching(chooser *c, hpr_rule rule, double whole, double allowed, int depth)
+{
+    enum { AXES = HPR_VERTEX_AXES };
+    int axes = rule.kind == HPR_RULE_EDGE ? HPR_EDGE_AXES : HPR_VERTEX_AXES, worst = 0;
+    hpr_box box = rule.box, half[AXES][2];
+    double part[AXES][2], error[AXES];
+    for (int axis = 0; axis < axes; axis++) {
+        hpr_box_halve(&box, axis, half[axis]);
+        for (int which = 0; which < 2; which++) {
+            rule.box = half[axis][which];
+            part[axis][which] = kernel_integral(c, &rule);
+        }
+        error[axis] = fabs(whole - part[axis][0] - part[axis][1]);
+        worst = error[axis] > error[worst] ? axis : worst;
+    }
+    rule.box = box;
+    bool stop = depth >= MAX_TOUCHING_DEPTH || c->rule_count >= MAX_RULES;
+    if (error[worst] <= allowed || stop) {
+        c->outcome.stopped_short |= error[worst] > allowed;
+        emit_touching(c, &rule);
+        return;
+    }
+    for (int which = 0; which < 2; which++) {
+        rule.box = half[worst][which];
+        refine_touching(c, rule, part[worst][which], allowed, depth + 1);
+    }
+}
+
+/*
+ * The number of nodes for a touching pair: the kernel alone is integrated with rising numbers of nodes until
+ * two agree. 0 if that converges too slowly, as at small angles and for slender wings. *total: the integral.
+ */
+static int trial_nodes(chooser *c, hpr_rule rule, double *total)
+{
+    static const int trial[] = {2, 3, 4, 6, 8, 10, 12, 15, 19, 24, 30};
+    /* Boxes cost their nodes for the polynomials each, so that at high degree one large box wins for longer.
+     */
+    enum { HALF_WAY = 10, LOW_DEGREE = 8 };
+    int degree = hpr_total_degree(&c->pair->recv) + hpr_total_degree(&c->pair->send);
+    double before = 0;
+    rule.scale_nodes = 1;
+    rule.box = hpr_box_unit();
+    for (size_t i = 0; i < sizeof trial / sizeof *trial; i++) {
+        rule.kernel_nodes = trial[i];
+        *total = 0;
+        for (rule.term = 0; rule.term < term_count(&rule); rule.term++)
+            *total += kernel_integral(c, &rule);
+        double change = fabs(*total - before);
+        if (i > 0 && change <= c->tolerance * *total)
+            return trial[i];
+        if (trial[i] == HALF_WAY && degree <= LOW_DEGREE && change > sqrt(c->tolerance) * *total)
+            return 0;
+        before = *total;
+    }
+    return 0;
+}
+
+/* A touching pair with the nodes that the trial found, or in boxes: the kernel's variables are two or three
+ * whatever the polynomials are, so that cutting them adaptively is cheap. */
+static void touching(chooser *c, hpr_rule rule, int nodes, double total)
+{
+    static const double box_share = 0.01, rounding = 1e-15;
+    enum { BOX_NODES = 8 };
+    double allowed = fmax(box_share * c->tolerance, rounding) * total;
+    rule.box = hpr_box_unit();
+    rule.scale_nodes = 1;
+    rule.kernel_nodes = nodes ? nodes : BOX_NODES;
+    for (rule.term = 0; rule.term < term_count(&rule); rule.term++) {
+        if (nodes)
+            emit_touching(c, &rule);
+        else
+            refine_touching(c, rule, kernel_integral(c, &rule), allowed, 0);
+    }
 }
 
 /* The piece with its contact point `touch` as vertex 0. */
@@ -197,58 +257,80 @@ static hpr_cell turned_to(const hpr_piece *piece, hpr_touch touch)
     return hpr_cell_triangle(p0, p1, cell->origin);
 }
 
-static void choose_for_pieces(chooser *c, const hpr_piece *a, const hpr_piece *b, int depth)
+/* The vertex or edge rule for two pieces; false if they do not touch. */
+static bool touching_rule(const hpr_piece *a, const hpr_piece *b, hpr_rule *rule)
 {
     if (a->touch == HPR_TOUCH_EDGE && b->touch == HPR_TOUCH_EDGE) {
-        touching(c, (hpr_rule){.kind = HPR_RULE_EDGE, .recv = a->cell, .send = b->cell});
-        return;
+        *rule = (hpr_rule){.kind = HPR_RULE_EDGE, .recv = a->cell, .send = b->cell};
+        return true;
     }
     hpr_touch touch = a->touch == HPR_TOUCH_EDGE ? b->touch : a->touch;
-    if (touch != HPR_TOUCH_NONE && (b->touch == touch || b->touch == HPR_TOUCH_EDGE))
-        touching(
-            c, (hpr_rule){.kind = HPR_RULE_VERTEX, .recv = turned_to(a, touch), .send = turned_to(b, touch)});
-    else
-        separate(c, &a->cell, &b->cell, depth);
+    if (touch == HPR_TOUCH_NONE || (b->touch != touch && b->touch != HPR_TOUCH_EDGE))
+        return false;
+    *rule = (hpr_rule){.kind = HPR_RULE_VERTEX, .recv = turned_to(a, touch), .send = turned_to(b, touch)};
+    return true;
 }
 
-/* Least width of a cell. */
-static double cell_width(const hpr_element_frame *frame, const hpr_cell *cell)
+static bool constants(const chooser *c)
 {
-    extent e = cell_extent(frame, cell);
-    hpr_vec3 e1 = hpr_frame_vector(frame, cell->edge1), e2 = hpr_frame_vector(frame, cell->edge2);
-    return hpr_length(hpr_cross(e1, e2)) / fmax(e.length[0], e.length[1]);
+    return c->pair->recv.degree == 0 && c->pair->send.degree == 0;
 }
 
-/* True if a touching pair is so much longer somewhere than its contact or its least width that halving it
- * pays. Halving a pair of similar extents would only give pairs of the same shape again. */
-static bool uneven(const chooser *c, const hpr_cell *recv, const hpr_cell *send, const hpr_contact *contact)
+enum { MAX_PAIRS = HPR_PIECES_MAX * HPR_PIECES_MAX };
+
+/* Rules for all pairs of pieces. False, and nothing emitted, if the nested rule serves better: constants in a
+ * configuration in which the touching rules converge slowly. */
+static bool emit_pieces(chooser *c, const hpr_contact *contact)
 {
-    static const double ratio = 5;
-    extent a = cell_extent(&c->pair->recv, recv), b = cell_extent(&c->pair->send, send);
-    double longest = fmax(fmax(a.length[0], a.length[1]), fmax(b.length[0], b.length[1]));
-    double width = fmin(cell_width(&c->pair->recv, recv), cell_width(&c->pair->send, send));
-    if (contact->kind == HPR_CONTACT_EDGE)
-        width = fmin(width, contact->length_m);
-    return longest > ratio * width;
+    hpr_rule rule[MAX_PAIRS];
+    int nodes[MAX_PAIRS], count = contact->recv_count * contact->send_count;
+    double total[MAX_PAIRS];
+    bool sampled = c->demand->least_nodes > 1;
+    for (int i = 0; i < count; i++) {
+        const hpr_piece *a = &contact->recv[i / contact->send_count],
+                        *b = &contact->send[i % contact->send_count];
+        nodes[i] = touching_rule(a, b, &rule[i]) ? trial_nodes(c, rule[i], &total[i]) : -1;
+        if (nodes[i] == 0 && constants(c) && !sampled)
+            return false;
+    }
+    for (int i = 0; i < count; i++) {
+        if (nodes[i] >= 0)
+            touching(c, rule[i], nodes[i], total[i]);
+        else
+            separate(c, &contact->recv[i / contact->send_count].cell,
+                     &contact->send[i % contact->send_count].cell, 0);
+    }
+    return true;
 }
 
-static void integrate(chooser *c, const hpr_cell *recv, const hpr_cell *send, int depth)
+/* Nearer than this part of the smaller side's length, graded halving costs more than the nested rule, whose
+ * inner integral is cheap only for constants. */
+static bool very_near(const chooser *c, const hpr_cell *recv, const hpr_cell *send)
+{
+    static const double part_for_constants = 0.2, part_for_polynomials = 0.05;
+    double part = constants(c) ? part_for_constants : part_for_polynomials;
+    hpr_vec3 a[4], b[4];
+    int na = hpr_cell_corners(&c->pair->recv, recv, a), nb = hpr_cell_corners(&c->pair->send, send, b);
+    extent ea = cell_extent(&c->pair->recv, recv), eb = cell_extent(&c->pair->send, send);
+    double smaller = fmin(fmax(ea.length[0], ea.length[1]), fmax(eb.length[0], eb.length[1]));
+    return hpr_polygon_distance(a, na, b, nb) < part * smaller;
+}
+
+static void integrate(chooser *c, const hpr_cell *recv, const hpr_cell *send)
 {
     hpr_contact contact;
     hpr_contact_find(c->pair, recv, send, c->demand->contact_m, &contact);
-    c->outcome.seen |= contact.kind != HPR_CONTACT_HIDDEN;
-    bool touch = contact.kind == HPR_CONTACT_VERTEX || contact.kind == HPR_CONTACT_EDGE;
-    if (touch && depth < MAX_TOUCHING_DEPTH && c->rule_count < MAX_RULES && uneven(c, recv, send, &contact)) {
-        halve_larger(c, recv, send, depth, integrate);
+    c->outcome.seen = contact.kind != HPR_CONTACT_HIDDEN;
+    if (!c->outcome.seen)
         return;
-    }
-    for (int i = 0; i < contact.recv_count; i++) {
-        for (int j = 0; j < contact.send_count; j++)
-            choose_for_pieces(c, &contact.recv[i], &contact.send[j], depth);
-    }
+    bool sampled = c->demand->least_nodes > 1, separate = contact.kind == HPR_CONTACT_SEPARATE;
+    bool nested = c->pair->blocker_count || (separate && !sampled && very_near(c, recv, send));
+    if (nested || !emit_pieces(c, &contact))
+        c->outcome.stopped_short |= !hpr_nested_choose(c->gauss, c->pair, &contact.recv_front,
+                                                       &contact.send_front, c->tolerance, c->sink, c->user);
 }
 
-static int total_degree(const hpr_element_frame *frame)
+int hpr_total_degree(const hpr_element_frame *frame)
 {
     return frame->shape == HPR_SHAPE_PARALLELOGRAM ? 2 * frame->degree : frame->degree;
 }
@@ -289,8 +371,6 @@ hpr_rule_outcome hpr_rules_choose(const hpr_gauss_table *gauss, const hpr_pair *
      * nodes pay for larger ones. */
     int degree = pair->recv.degree > pair->send.degree ? pair->recv.degree : pair->send.degree;
     c.kernel_cap = kernel_nodes(1, degree < 4 ? 1 : 0.5, c.tolerance);
-    c.recv_degree = total_degree(&pair->recv);
-    c.send_degree = total_degree(&pair->send);
-    integrate(&c, &recv, &send, 0);
+    integrate(&c, &recv, &send);
     return c.outcome;
 }

@@ -189,3 +189,8 @@ hpr_hit hpr_visibility_first_hit(const hpr_visibility *visibility, const double 
     hit.distance /= visibility->scale;
     return hit;
 }
+
+const hpr_patches *hpr_visibility_patches(const hpr_visibility *visibility)
+{
+    return visibility->patches;
+}

@@ -27,6 +27,9 @@ typedef struct hpr_facet {
 hpr_status hpr_visibility_create(const hpr_patches *patches, hpr_visibility **visibility);
 void hpr_visibility_destroy(hpr_visibility **visibility);
 
+/* The patches that it was made from. */
+const hpr_patches *hpr_visibility_patches(const hpr_visibility *visibility);
+
 /*
  * Conservative verdict for two facets. A patch can come between only if its plane has points of the two
  * facets strictly on both sides, it reaches strictly in front of both facets' planes, it meets the interior

@@ -1,0 +1,110 @@
+#include "direct/visible.h"
+
+#include "direct/lambert.h"
+
+/* The part of `in` where sign * (plane . x) >= offset. */
+static void cut(const hpr_convex *in, hpr_vec3 plane, double sign, double offset, hpr_convex *out)
+{
+    out->count = 0;
+    for (int i = 0; i < in->count; i++) {
+        hpr_vec3 p = in->corner[i], q = in->corner[(i + 1) % in->count];
+        double hp = sign * hpr_dot(plane, p) - offset, hq = sign * hpr_dot(plane, q) - offset;
+        if (hp >= 0 && out->count < HPR_VISIBLE_CORNERS)
+            out->corner[out->count++] = p;
+        if (hp * hq < 0 && out->count < HPR_VISIBLE_CORNERS)
+            out->corner[out->count++] = hpr_madd(p, hp / (hp - hq), hpr_sub(q, p));
+    }
+    if (out->count < 3)
+        out->count = 0;
+}
+
+/* Planes through the point (the origin) and the edges of a blocker, all pointing inward; their number, 0 if
+ * the blocker is seen edge-on. */
+static int pyramid(const hpr_convex *blocker, hpr_vec3 *plane)
+{
+    static const double edge_on = 1e-14;
+    hpr_vec3 middle = {0, 0, 0};
+    for (int i = 0; i < blocker->count; i++)
+        middle = hpr_add(middle, hpr_scale(blocker->corner[i], 1.0 / blocker->count));
+    int count = 0;
+    for (int i = 0; i < blocker->count; i++) {
+        hpr_vec3 a = blocker->corner[i], b = blocker->corner[(i + 1) % blocker->count];
+        hpr_vec3 normal = hpr_cross(a, b);
+        double side = hpr_dot(normal, middle), size = hpr_length(normal) * hpr_length(middle);
+        if (hpr_dot(hpr_sub(b, a), hpr_sub(b, a)) == 0)
+            continue;
+        if (!(fabs(side) > edge_on * size))
+            return 0;
+        plane[count++] = hpr_scale(normal, side > 0 ? 1 : -1);
+    }
+    return count;
+}
+
+/* Takes the pyramid out of every piece: what is outside plane k and inside the planes before it stays. */
+static bool subtract(hpr_visible *visible, const hpr_vec3 *plane, int plane_count)
+{
+    int before = visible->count;
+    bool complete = true;
+    for (int i = before - 1; i >= 0; i--) {
+        hpr_convex rest = visible->piece[i], outside[HPR_VISIBLE_CORNERS];
+        int outside_count = 0;
+        for (int k = 0; k < plane_count && rest.count; k++) {
+            hpr_convex inside;
+            cut(&rest, plane[k], -1, 0, &outside[outside_count]);
+            outside_count += outside[outside_count].count > 0;
+            cut(&rest, plane[k], 1, 0, &inside);
+            rest = inside;
+        }
+        if (rest.count == 0)
+            continue; /* untouched */
+        if (visible->count - 1 + outside_count > HPR_VISIBLE_PIECES) {
+            complete = false;
+            continue;
+        }
+        visible->piece[i] = visible->piece[--visible->count];
+        for (int k = 0; k < outside_count; k++)
+            visible->piece[visible->count++] = outside[k];
+    }
+    return complete;
+}
+
+bool hpr_visible_part(hpr_vec3 point, const hpr_convex *sender, hpr_vec3 normal, const hpr_convex *blocker,
+                      int blocker_count, hpr_visible *visible)
+{
+    static const double in_plane =
+        1e-13; /* of the distance: a blocker lying on the sender's plane hides nothing */
+    visible->count = 1;
+    visible->piece[0].count = sender->count;
+    for (int i = 0; i < sender->count; i++)
+        visible->piece[0].corner[i] = hpr_sub(sender->corner[i], point);
+    double height = hpr_dot(normal, visible->piece[0].corner[0]); /* of the sender's plane over the point */
+    bool complete = true;
+    for (int b = 0; b < blocker_count && visible->count > 0; b++) {
+        hpr_convex relative = {.count = blocker[b].count}, between;
+        hpr_vec3 plane[HPR_VISIBLE_CORNERS];
+        for (int i = 0; i < relative.count; i++)
+            relative.corner[i] = hpr_sub(blocker[b].corner[i], point);
+        /* between the point's parallel plane and the sender's: 0 < normal . x / height < 1 */
+        double sign = height > 0 ? 1 : -1, limit = fabs(height) * (1 - in_plane);
+        cut(&relative, normal, -sign, -limit, &between);
+        cut(&between, normal, sign, fabs(height) * in_plane, &relative);
+        if (relative.count)
+            complete &= subtract(visible, plane, pyramid(&relative, plane));
+    }
+    return complete;
+}
+
+double hpr_visible_fraction(hpr_vec3 receiver_normal, const hpr_visible *visible)
+{
+    static const double origin[3] = {0, 0, 0};
+    double normal[3], corner[HPR_VISIBLE_CORNERS][3], sum = 0;
+
+    hpr_vec3_store(normal, receiver_normal);
+    for (int i = 0; i < visible->count; i++) {
+        const hpr_convex *piece = &visible->piece[i];
+        for (int k = 0; k < piece->count; k++)
+            hpr_vec3_store(corner[k], piece->corner[k]);
+        sum += hpr_lambert_fraction(origin, normal, (const double(*)[3])corner, (size_t)piece->count);
+    }
+    return sum;
+}

@@ -1,0 +1,38 @@
+/*
+ * The part of a sender polygon that a point sees past polygonal blockers, exactly: each blocker's shadow on
+ * the sender is the sender's intersection with the pyramid of planes through the point and the blocker's
+ * edges, and is cut out; what is left is a set of convex polygons.
+ */
+#ifndef HPR_DIRECT_VISIBLE_H
+#define HPR_DIRECT_VISIBLE_H
+
+#include "math/vec3.h"
+
+#include <stdbool.h>
+
+enum { HPR_VISIBLE_CORNERS = 24, HPR_VISIBLE_PIECES = 64 };
+
+typedef struct hpr_convex {
+    int count;
+    hpr_vec3 corner[HPR_VISIBLE_CORNERS];
+} hpr_convex;
+
+typedef struct hpr_visible {
+    int count;
+    hpr_convex piece[HPR_VISIBLE_PIECES];
+} hpr_visible;
+
+/*
+ * Visible pieces of `sender` (convex, planar, its front toward the point or not) as seen from `point`;
+ * corners are given relative to the point. normal: the sender's, length 1. A blocker counts where it is
+ * between the point and the sender's plane. False if there were too many pieces; then the rest of the
+ * blockers is left out. Blockers that touch the point's line of sight only at their outline change nothing.
+ * Never allocates; thread-safe.
+ */
+bool hpr_visible_part(hpr_vec3 point, const hpr_convex *sender, hpr_vec3 normal, const hpr_convex *blocker,
+                      int blocker_count, hpr_visible *visible);
+
+/* sum over the visible pieces of hpr_lambert_fraction at the point with the given receiver normal. */
+double hpr_visible_fraction(hpr_vec3 receiver_normal, const hpr_visible *visible);
+
+#endif

@@ -4,9 +4,10 @@
 #include <math.h>
 
 /* Leaves that one thread updates at a time, and the multiplications from which a patch is shared between
- * threads: less takes under 0.3 ms, and a thread that waits on a busy machine burns more than that. The
- * result depends on neither. */
-enum { CHUNK_LEAVES = 16, SHARED_WORK = 1 << 20 };
+ * threads. They take about 3 ms, as long as libgomp lets a thread spin while it waits for another that a busy
+ * machine does not run: shorter shares would burn many times what they save. The result depends on neither.
+ */
+enum { CHUNK_LEAVES = 16, SHARED_WORK = 1 << 23 };
 
 typedef struct sweep {
     hpr_gauss_seidel *problem;

@@ -1,4 +1,41 @@
-/* The tables of the extension HPRAD_radiosity that its writer and its reader share. */
+/*
+ * The tables of the extension HPRAD_radiosity that its writer and its reader share, and what it holds.
+ *
+ * The extension stands at the root of the glTF, version 1; a newer one is refused. Lengths are in metres,
+ * light in SI units per channel. It holds no times: the same solution gives the same bytes. An array is an
+ * object {bufferView, componentType, components, count}: `count` items of `components` little-endian numbers
+ * (uint8, uint32, uint64, float64), tightly packed in that buffer view, which begins at a multiple of 8 bytes
+ * in the file; an empty array has no buffer view. 4294967295 means "none". Numbers in the JSON that are not
+ * finite are the texts "NaN", "Infinity", "-Infinity".
+ *
+ * - version: 1. scene: the file's name. channels: their names, mostly R, G, B. exposure: see the end
+ * - patches.count: one per side of a surface; .degenerateCount, .duplicateCount: faces that were left out
+ * - patches.shape, .side (uint8): 0 parallelogram, 1 triangle; 1 for the back of a doubleSided face
+ * - patches.twin, .node, .primitive, .material (uint32): the patch on the other side, or none; where it
+ *   comes from (the material may be none)
+ * - patches.origin, .edge1, .edge2, .normal, .area (float64): x = origin + s edge1 + t edge2 with
+ *   0 <= s, t <= 1, and s + t <= 1 for a triangle. Every patch blocks light from both sides
+ * - patches.reflectance, .exitance (float64 per channel): rho, the mean over the patch; M in W/m2
+ * - elements.count, .leafCount: nodes and leaves of the patches' binary trees; node i < patches.count is the
+ *   root of patch i
+ * - elements.patch, .child (uint32): its patch; the first of two consecutive children, none for a leaf
+ * - elements.axis, .degree (uint8): the parameter that the children halve, 0: s, 1: t (a triangle v0, v1, v2
+ *   with m amid v1 and v2 has the children m, v0, v1 and m, v2, v0); degree p <= 16
+ * - elements.origin, .edge1, .edge2, .area (float64): the node's own frame
+ * - solution.coefficientCount: per channel
+ * - solution.leaf (uint32 per leaf): its node; by patch, then first child first
+ * - solution.firstCoefficient (uint64 per leaf, and one more): where its (p+1)^2 or (p+1)(p+2)/2 begin
+ * - solution.irradiance (float64 per coefficient and channel): H(x) = sum_k irradiance[k] T_k(x), in
+ *   W/m2 * m; T_k is the orthonormal basis of basis/basis.h
+ * - solution.error (float64 per leaf): estimated L2 error of H, in W/m2 * m; NaN: unknown
+ * - cameras[]: name, kind (perspective, orthographic), origin, right, up, backward, yfov, aspectRatio (0: the
+ *   picture's), xmag, ymag, znear, zfar
+ * - summary: options and counts of the solve
+ * - energy[] (W per channel): emitted, absorbed, lostOnBacks, escaped
+ *
+ * What other programs show is an unlit mesh with the vertex colours clamp(exposure * radiance, 0, 1), linear
+ * Rec. 709, and the cameras. It is a picture of the solution and is not read back.
+ */
 #ifndef HPR_IO_SOLUTION_FORMAT_H
 #define HPR_IO_SOLUTION_FORMAT_H
 

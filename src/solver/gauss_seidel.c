@@ -3,8 +3,11 @@
 #include <float.h>
 #include <math.h>
 
-/* Leaves that one thread updates at a time; the result does not depend on it. */
-enum { CHUNK_LEAVES = 16 };
+/* Leaves that one thread updates at a time, and the multiplications from which a patch is shared between
+ * threads. They take about 3 ms, as long as libgomp lets a thread spin while it waits for another that a busy
+ * machine does not run: shorter shares would burn many times what they save. The result depends on neither.
+ */
+enum { CHUNK_LEAVES = 16, SHARED_WORK = 1 << 23 };
 
 typedef struct sweep {
     hpr_gauss_seidel *problem;
@@ -79,7 +82,9 @@ static double sweep_once(sweep *s, bool update)
     for (size_t patch = 0; patch < e->patch_count; patch++) {
         size_t low = e->patch_leaf[patch], high = e->patch_leaf[patch + 1];
         size_t chunks = (high - low + CHUNK_LEAVES - 1) / CHUNK_LEAVES;
-#pragma omp parallel for schedule(static) num_threads(hpr_context_threads(s->context)) if (chunks > 1)
+        size_t work = s->problem->channel_count * (e->dof[high] - e->dof[low]) * s->dofs;
+        bool shared = chunks > 1 && work >= SHARED_WORK;
+#pragma omp parallel for schedule(static) num_threads(hpr_context_threads(s->context)) if (shared)
         for (size_t chunk = 0; chunk < chunks; chunk++) {
             size_t first = low + chunk * CHUNK_LEAVES, last = first + CHUNK_LEAVES;
             relax(s, patch, first, last < high ? last : high, update);

@@ -150,7 +150,7 @@ static void no_leak_from_a_room(void **state)
                 inside[k] = patches->origin[k];
             for (size_t w = 0; w < 3; w++) /* patches 0, 2, 4 start in the corner */
                 hpr_add_scaled3(inside, 0.01 + 0.98 * shapes_random(&seed), patches->edge1 + 3 * 2 * w,
-                               inside);
+                                inside);
             size_t wall = (size_t)m % 6;
             int kind = m % 4;
             point_on(patches, wall, kind == 3 ? 1 : shapes_random(&seed),

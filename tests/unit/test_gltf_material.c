@@ -273,7 +273,7 @@ static void clamped_picture_ends_in_its_edge(void **state)
     fixture *f = *state;
     assert_ok(f, read_picture(f, &(picture){2, 2, two_rows, NEAREST CLAMP, NULL, 1000, 7, NULL}));
     assert_near(face_rho(f, 0)[0], 0, 0);
-    assert_ok(f, read_picture(f, &(picture){2, 2, two_rows, CLAMP + 1, NULL, 1000, -1007, NULL}));
+    assert_ok(f, read_picture(f, &(picture){2, 2, two_rows, &CLAMP[1], NULL, 1000, -1007, NULL}));
     assert_near(face_rho(f, 0)[0], 1, 8 * EPS);
 }
 

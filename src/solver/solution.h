@@ -13,7 +13,8 @@ struct hpr_solution {
     char **channel_name; /* [channel_count] */
     hpr_patches *patches;
     hpr_elements *elements;
-    double *irradiance; /* [dofs][channels] coefficients of H: H(x) = sum_k irradiance[k] T_k(x), so that a
+    double *irradiance; /* [dofs][channels] coefficients of H, or of its indirect part if summary.direct is
+                             HPR_DIRECT_EXACT: H(x) = sum_k irradiance[k] T_k(x), so that a
                            coefficient has the unit W/m2 times metre */
     double *error; /* [leaf_count] estimated L2 error of H on the element, W/m2 times metre; NaN: unknown */
     size_t camera_count;

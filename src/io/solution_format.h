@@ -27,7 +27,7 @@
  * - solution.firstCoefficient (uint64 per leaf, and one more): where its (p+1)^2 or (p+1)(p+2)/2 begin
  * - solution.irradiance (float64 per coefficient and channel): H(x) = sum_k irradiance[k] T_k(x); its
  *   indirect part if summary.direct is 0 (exact): then D(x), the light straight from the emitters, is added;
- * in W/m2 * m; T_k is the orthonormal basis of basis/basis.h
+ *   in W/m2 * m; T_k is the orthonormal basis of basis/basis.h
  * - solution.error (float64 per leaf): estimated L2 error of H, in W/m2 * m; NaN: unknown
  * - cameras[]: name, kind (perspective, orthographic), origin, right, up, backward, yfov, aspectRatio (0: the
  *   picture's), xmag, ymag, znear, zfar

@@ -8,11 +8,12 @@
  * distance. Source: the idea of regularised outer and exact inner integrals as in Schroder & Hanrahan 1993,
  * sec. 5, and Walton 2002 (View3D), with polynomials.
  */
+#include "quadrature/cut.h"
 #include "quadrature/rule.h"
 
 #include <string.h>
 
-enum { NODES = 8, MAX_DEPTH = 60, MAX_BOXES = 20000, MAX_PIECES = 400 };
+enum { NODES = 8, MAX_DEPTH = 60, MAX_BOXES = 20000 };
 
 typedef struct nested {
     const hpr_gauss_table *gauss;
@@ -28,15 +29,6 @@ typedef struct nested {
     void *user;
 } nested;
 
-static double polygon_area(const hpr_polygon *p)
-{
-    double area = 0;
-    for (int i = 1; i + 1 < p->count; i++)
-        area += (p->corner[i][0] - p->corner[0][0]) * (p->corner[i + 1][1] - p->corner[0][1]) -
-                (p->corner[i][1] - p->corner[0][1]) * (p->corner[i + 1][0] - p->corner[0][0]);
-    return fabs(area) / 2;
-}
-
 /* Parameters in the outer frame of the foot of a point on the outer plane. */
 static void project(const hpr_element_frame *outer, hpr_vec3 point, double foot[2])
 {
@@ -46,56 +38,16 @@ static void project(const hpr_element_frame *outer, hpr_vec3 point, double foot[
     foot[1] = hpr_dot(hpr_cross(outer->edge1, offset), across) / square;
 }
 
-/* The part of a polygon where sign * f >= 0. */
-static hpr_polygon half_polygon(const hpr_polygon *polygon, const hpr_affine *f, double sign)
-{
-    hpr_polygon half = {0};
-    for (int i = 0; i < polygon->count; i++) {
-        const double *a = polygon->corner[i], *b = polygon->corner[(i + 1) % polygon->count];
-        double fa = sign * hpr_affine_at(f, a[0], a[1]), fb = sign * hpr_affine_at(f, b[0], b[1]);
-        if (fa >= 0 && half.count < HPR_POLYGON_MAX)
-            memcpy(half.corner[half.count++], a, sizeof half.corner[0]);
-        if (fa * fb < 0 && half.count < HPR_POLYGON_MAX) {
-            double part = fa / (fa - fb);
-            half.corner[half.count][0] = a[0] + part * (b[0] - a[0]);
-            half.corner[half.count][1] = a[1] + part * (b[1] - a[1]);
-            half.count++;
-        }
-    }
-    return half;
-}
-
-typedef struct pieces {
-    int count;
-    double least; /* area below which nothing is cut off: slivers of rounding */
-    hpr_polygon piece[MAX_PIECES];
-} pieces;
-
-/* Cuts every piece along the line f = 0. */
-static void cut_along(pieces *p, const hpr_affine *f)
-{
-    if (!(fabs(f->along1) + fabs(f->along2) > 0))
-        return;
-    for (int k = p->count - 1; k >= 0 && p->count < MAX_PIECES; k--) {
-        hpr_polygon left = half_polygon(&p->piece[k], f, 1), right = half_polygon(&p->piece[k], f, -1);
-        if (left.count < 3 || right.count < 3 || p->piece[k].count >= HPR_POLYGON_MAX - 1 ||
-            polygon_area(&left) <= p->least || polygon_area(&right) <= p->least)
-            continue;
-        p->piece[k] = left;
-        p->piece[p->count++] = right;
-    }
-}
-
 /* The line in which the outer plane is cut by the plane through q with this normal. */
-static void cut_by_plane(const nested *n, pieces *p, hpr_vec3 q, hpr_vec3 normal)
+static void cut_by_plane(const nested *n, hpr_pieces *p, hpr_vec3 q, hpr_vec3 normal)
 {
     hpr_affine f = {hpr_dot(normal, hpr_sub(n->outer->origin, q)), hpr_dot(normal, n->outer->edge1),
                     hpr_dot(normal, n->outer->edge2)};
-    cut_along(p, &f);
+    hpr_pieces_cut(p, &f);
 }
 
 /* Along the inner polygon's projected edges. */
-static void cut_by_edges(const nested *n, pieces *p)
+static void cut_by_edges(const nested *n, hpr_pieces *p)
 {
     static const double point_size = 1e-14;
     int count = n->outline.count;
@@ -107,7 +59,7 @@ static void cut_by_edges(const nested *n, pieces *p)
         if (fabs(d[0]) + fabs(d[1]) <= point_size)
             continue; /* an edge at a right angle to the plane */
         hpr_affine f = {d[1] * a[0] - d[0] * a[1], -d[1], d[0]};
-        cut_along(p, &f);
+        hpr_pieces_cut(p, &f);
     }
 }
 
@@ -116,7 +68,7 @@ static void cut_by_edges(const nested *n, pieces *p)
  * seen on an edge of the other (EV events, Gigus & Malik 1990). Many blockers would make too many pieces;
  * then the halving has to find them.
  */
-static void cut_by_events(const nested *n, pieces *p)
+static void cut_by_events(const nested *n, hpr_pieces *p)
 {
     enum { MAX_CUTTING_BLOCKERS = 2 };
     for (int b = 0; b < n->pair->blocker_count && n->pair->blocker_count <= MAX_CUTTING_BLOCKERS; b++) {
@@ -238,22 +190,9 @@ static void refine(nested *n, const hpr_cell *cell, const hpr_box *box, double w
         refine(n, cell, &half[axis][which], part[axis][which], depth + 1);
 }
 
-/* Triangles from a piece's sides to its centroid. */
-static int fan(const hpr_polygon *piece, hpr_cell *cells)
-{
-    double middle[2] = {0, 0};
-    for (int i = 0; i < piece->count; i++) {
-        middle[0] += piece->corner[i][0] / piece->count;
-        middle[1] += piece->corner[i][1] / piece->count;
-    }
-    for (int i = 0; i < piece->count; i++)
-        cells[i] = hpr_cell_triangle(piece->corner[i], piece->corner[(i + 1) % piece->count], middle);
-    return piece->count;
-}
-
 static double frame_area(const hpr_element_frame *frame, const hpr_polygon *polygon)
 {
-    return polygon_area(polygon) * (frame->shape == HPR_SHAPE_PARALLELOGRAM ? 1 : 2) * frame->area_m2;
+    return hpr_polygon_area(polygon) * (frame->shape == HPR_SHAPE_PARALLELOGRAM ? 1 : 2) * frame->area_m2;
 }
 
 static void set_nodes(nested *n, bool recv_is_outer, const hpr_polygon *inner, double tolerance)
@@ -291,19 +230,20 @@ bool hpr_nested_choose(const hpr_gauss_table *gauss, const hpr_pair *pair, const
     n.outline.count = inner->count;
     for (int i = 0; i < inner->count; i++)
         n.outline.corner[i] = hpr_frame_point(n.inner, inner->corner[i][0], inner->corner[i][1]);
-    pieces cut = {.count = 1, .least = 1e-14 * polygon_area(outer), .piece = {*outer}};
+    hpr_pieces cut;
+    hpr_pieces_init(&cut, outer);
     cut_by_edges(&n, &cut);
     cut_by_events(&n, &cut);
-    double whole[MAX_PIECES][HPR_POLYGON_MAX], total = 0;
+    double whole[HPR_MAX_PIECES][HPR_POLYGON_MAX], total = 0;
     hpr_cell cell[HPR_POLYGON_MAX];
     for (int p = 0; p < cut.count; p++) {
-        int count = fan(&cut.piece[p], cell);
+        int count = hpr_piece_fan(&cut.piece[p], cell);
         for (int i = 0; i < count; i++)
             total += whole[p][i] = box_integral(&n, &cell[i], &whole_box);
     }
     n.allowed = fmax(box_share * tolerance, rounding) * total;
     for (int p = 0; p < cut.count; p++) {
-        int count = fan(&cut.piece[p], cell);
+        int count = hpr_piece_fan(&cut.piece[p], cell);
         for (int i = 0; i < count; i++)
             refine(&n, &cell[i], &whole_box, whole[p][i], 0);
     }

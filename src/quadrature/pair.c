@@ -51,8 +51,8 @@ double hpr_inner_fraction(const hpr_pair *pair, const hpr_element_frame *outer,
 {
     if (pair->blocker_count) {
         hpr_visible visible;
-        *complete &=
-            hpr_visible_part(point, polygon, inner->normal, pair->blocker, NULL, pair->blocker_count, &visible);
+        *complete &= hpr_visible_part(point, polygon, inner->normal, pair->blocker, NULL, pair->blocker_count,
+                                      &visible);
         return hpr_visible_fraction(outer->normal, &visible);
     }
     double x[3], normal[3], corner[HPR_VISIBLE_CORNERS][3];

@@ -4,6 +4,7 @@
 #include "direct/lambert.h"
 #include "math/gauss.h"
 #include "math/vec3.h"
+#include "quadrature/cut.h"
 #include "visibility/visibility.h"
 
 #include <omp.h>
@@ -118,6 +119,8 @@ typedef struct leaf_integral {
     size_t leaf, patch;
     uint32_t node;
     hpr_shape shape;
+    hpr_cell
+        cell; /* triangle of the leaf's parameters over which boxes lie, collapsed: a = u (1 - v), b = v */
     int cells;
 } leaf_integral;
 
@@ -158,22 +161,24 @@ static void add_point(const leaf_integral *l, double s, double t, double weight,
     }
 }
 
-/* Product Gauss over a box of the unit square; triangles are collapsed, s = a (1 - t). radiosity: scratch
- * [channels]. */
+/* Product Gauss over a box of the cell's collapsed coordinates. radiosity: scratch [channels]. */
 static void integrate_box(leaf_integral *l, const double box[4], double *sum, double *radiosity)
 {
     const hpr_gauss_rule *gauss = &l->e->gauss->legendre[CELL_NODES];
-    bool triangle = l->shape == HPR_SHAPE_TRIANGLE;
-    double area = l->e->elements->area_m2[l->node] * box[2] * box[3];
+    const double *o = l->cell.origin, *e1 = l->cell.edge1, *e2 = l->cell.edge2;
+    double parameters = l->shape == HPR_SHAPE_TRIANGLE ? 0.5 : 1; /* area of the parameter domain */
+    double area =
+        fabs(e1[0] * e2[1] - e1[1] * e2[0]) * l->e->elements->area_m2[l->node] / parameters * box[2] * box[3];
     memset(sum, 0, 2 * l->e->channels * sizeof *sum);
     l->cells++;
     for (int j = 0; j < CELL_NODES; j++) {
         for (int i = 0; i < CELL_NODES; i++) {
-            double a = box[0] + box[2] * gauss->node[i], t = box[1] + box[3] * gauss->node[j], point[3];
-            double s = triangle ? a * (1 - t) : a;
-            double weight = gauss->weight[i] * gauss->weight[j] * area * (triangle ? 2 * (1 - t) : 1);
+            double v = box[1] + box[3] * gauss->node[j], a = (box[0] + box[2] * gauss->node[i]) * (1 - v),
+                   point[3];
+            double s = o[0] + a * e1[0] + v * e2[0], t = o[1] + a * e1[1] + v * e2[1];
             leaf_point(l, s, t, point);
-            add_point(l, s, t, weight, lambert_fractions(l->e, l->patch, point), radiosity, sum);
+            add_point(l, s, t, gauss->weight[i] * gauss->weight[j] * area * (1 - v),
+                      lambert_fractions(l->e, l->patch, point), radiosity, sum);
         }
     }
 }
@@ -213,6 +218,46 @@ static void integrate_adaptively(leaf_integral *l, const double box[4], const do
         integrate_adaptively(l, halves[axis][which], half[axis][which], depth + 1, total);
 }
 
+/* The leaf cut where it crosses the planes of other patches: on one side they show their fronts, on the other
+ * their backs, so that the fractions have a kink there. */
+static void cut_at_planes(const leaf_integral *l, hpr_pieces *pieces)
+{
+    const hpr_patches *patches = l->e->patches;
+    const hpr_elements *elements = l->e->elements;
+    hpr_polygon whole = {.count = l->shape == HPR_SHAPE_TRIANGLE ? 3 : 4,
+                         .corner = {{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+    if (l->shape == HPR_SHAPE_TRIANGLE)
+        memcpy(whole.corner[2], whole.corner[3], sizeof whole.corner[2]);
+    hpr_pieces_init(pieces, &whole);
+    size_t own = 3 * (size_t)l->node;
+    for (size_t j = 0; j < patches->count; j++) {
+        double offset[3];
+        const double *normal = patches->normal + 3 * j;
+        hpr_subtract3(elements->origin + own, patches->origin + 3 * j, offset);
+        hpr_affine height = {hpr_dot3(normal, offset), hpr_dot3(normal, elements->edge1 + own),
+                             hpr_dot3(normal, elements->edge2 + own)};
+        if (j != l->patch && j != patches->twin[l->patch])
+            hpr_pieces_cut(pieces, &height);
+    }
+}
+
+static void lose_exactly(leaf_integral *l, double *total)
+{
+    static const double whole_box[4] = {0, 0, 1, 1};
+    double whole[2 * l->e->channels], scratch[l->e->channels];
+    hpr_pieces pieces;
+    hpr_cell cell[HPR_POLYGON_MAX];
+    cut_at_planes(l, &pieces);
+    for (int p = 0; p < pieces.count; p++) {
+        int count = hpr_piece_fan(&pieces.piece[p], cell);
+        for (int i = 0; i < count; i++) {
+            l->cell = cell[i];
+            integrate_box(l, whole_box, whole, scratch);
+            integrate_adaptively(l, whole_box, whole, 0, total);
+        }
+    }
+}
+
 static void lose_from_leaf(const energy *e, size_t leaf)
 {
     uint32_t node = e->elements->leaf[leaf], patch = e->elements->patch[node];
@@ -220,10 +265,7 @@ static void lose_from_leaf(const energy *e, size_t leaf)
         .e = e, .leaf = leaf, .patch = patch, .node = node, .shape = (hpr_shape)e->patches->shape[patch]};
     double *total = e->lost + 2 * e->channels * leaf, scratch[e->channels];
     if (!e->shaded[patch]) {
-        const double whole_box[4] = {0, 0, 1, 1};
-        double whole[2 * e->channels];
-        integrate_box(&l, whole_box, whole, scratch);
-        integrate_adaptively(&l, whole_box, whole, 0, total);
+        lose_exactly(&l, total);
         return;
     }
     bool triangle = l.shape == HPR_SHAPE_TRIANGLE;

@@ -1,0 +1,26 @@
+/* A polygon in the parameters of an element, cut along lines into convex pieces, and these into triangles. */
+#ifndef HPR_QUADRATURE_CUT_H
+#define HPR_QUADRATURE_CUT_H
+
+#include "quadrature/pair.h"
+
+enum { HPR_MAX_PIECES = 400 };
+
+typedef struct hpr_pieces {
+    int count;
+    double least; /* area below which nothing is cut off: slivers of rounding */
+    hpr_polygon piece[HPR_MAX_PIECES];
+} hpr_pieces;
+
+double hpr_polygon_area(const hpr_polygon *polygon);
+
+/* The polygon as the only piece. */
+void hpr_pieces_init(hpr_pieces *pieces, const hpr_polygon *polygon);
+
+/* Cuts every piece along the line f = 0; stops quietly at HPR_MAX_PIECES. */
+void hpr_pieces_cut(hpr_pieces *pieces, const hpr_affine *f);
+
+/* Triangles from a piece's sides (edge 1) to its centroid; returns their number. cells: [HPR_POLYGON_MAX] */
+int hpr_piece_fan(const hpr_polygon *piece, hpr_cell *cells);
+
+#endif

@@ -38,7 +38,8 @@ typedef enum hpr_job_kind {
     HPR_JOB_FILE_REPORT,
     HPR_JOB_FILE_EXR,
     HPR_JOB_FILE_PNG,
-    HPR_JOB_FILE_TABLE
+    HPR_JOB_FILE_TABLE,
+    HPR_JOB_FILE_FACTORS
 } hpr_job_kind;
 
 /** A file that a job has just finished. Valid during the call that hands it over. */
@@ -64,6 +65,9 @@ typedef struct hpr_job_result {
     size_t picture_count;      /**< EXR files written */
     size_t point_count;        /**< points probed */
     size_t matched_count;      /**< points that lie on a patch */
+    size_t row_count;          /**< surfaces in a matrix of view factors */
+    size_t pair_count;         /**< pairs of patches that were integrated for it */
+    size_t short_count;        /**< of these: how many stopped short of the tolerance */
 } hpr_job_result;
 
 /** Scene file -> solution .glb, and its report if asked. */
@@ -136,6 +140,38 @@ HPR_API void hpr_job_probe_options_init(hpr_job_probe_options *options);
 /** `options` may be NULL. Points that match no patch are no error; they are counted in the result. */
 HPR_API hpr_status hpr_job_probe(hpr_context *context, const char *solution_path, const char *points_path,
                                  const hpr_job_probe_options *options, hpr_job_result *result);
+
+/** Model file -> view factors, or kernel blocks, and a table of the surfaces beside them. */
+typedef struct hpr_job_form_factors_options {
+    const char
+        *output_path; /**< its extension decides the format: .npy, .csv or .txt; NULL: base name of the model
+                           + ".npy", in the working folder. The table has the same name with
+                           ".surfaces.csv" for the extension */
+    double tolerance; /**< relative, of each entry, 0 < tolerance < 1 (default 1e-9) */
+    int order;        /**< -1: view factors; 0 ... 16: kernel blocks of this degree, .npy only */
+    int use_eps;      /**< 1: where a .vs3 file has eps, that is the tolerance */
+    hpr_read_options read; /**< of glTF models */
+    /** Called once before the long work; NULL: not wanted. `user` is that of the events. */
+    void (*planned)(void *user, size_t row_count, double bytes);
+    hpr_job_events events;
+} hpr_job_form_factors_options;
+
+HPR_API void hpr_job_form_factors_options_init(hpr_job_form_factors_options *options);
+
+/**
+ * F[i][j], row-major: the part of what leaves surface i that reaches surface j without reflection. The model
+ * is View3D's .vs3 (formats 3 and 3a) if that is its extension, else glTF. Rows are numbered as View3D does
+ * it (no rows for obstructions and null surfaces, nor for those combined into others), or by node, primitive
+ * and patch, front before back; a surface without area keeps a row of zeros. If a .vs3 file asks for it
+ * (emit=1), the matrix is script-F; if it says that it is closed (encl=1), rows that do not sum to 1 are
+ * warned about and left alone. With `order` >= 0 the file is [N][N][n][n]: block K_ij^kl of receiver i and
+ * sender j, zero-padded to the largest n; every row must then be one parallelogram or triangle (else
+ * HPR_ERR_UNSUPPORTED). Errors: as above; HPR_ERR_MEMORY also before the work if the machine has too little;
+ * HPR_ERR_TOLERANCE if some pair stopped short of the tolerance: everything is written then. `options` may be
+ * NULL.
+ */
+HPR_API hpr_status hpr_job_form_factors(hpr_context *context, const char *model_path,
+                                        const hpr_job_form_factors_options *options, hpr_job_result *result);
 
 #ifdef __cplusplus
 }

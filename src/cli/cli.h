@@ -23,6 +23,7 @@ enum { CLI_MAX_OPERANDS = 2, CLI_MAX_THREADS = 1024 };
 int cli_solve(int argc, const char **argv);
 int cli_render(int argc, const char **argv);
 int cli_probe(int argc, const char **argv);
+int cli_formfactors(int argc, const char **argv);
 int cli_picture(int argc, const char **argv); /* the form without verb */
 
 /* The verb of this name, or NULL. */

@@ -12,6 +12,7 @@ static const struct {
     {"solve", "hprad solve", cli_solve},
     {"render", "hprad render", cli_render},
     {"probe", "hprad probe", cli_probe},
+    {"formfactors", "hprad formfactors", cli_formfactors},
 };
 
 enum { VERB_COUNT = sizeof verbs / sizeof *verbs };

@@ -10,6 +10,7 @@
 typedef struct facet {
     uint32_t vertex[4];     /* [3] = HPR_NONE: triangle */
     uint32_t face, partner; /* partner: the merged second face, or HPR_NONE */
+    bool empty;             /* kept for its place only */
 } facet;
 
 typedef struct edge {
@@ -20,6 +21,7 @@ typedef struct edge {
 typedef struct builder {
     const hpr_scene *scene;
     hpr_context *context;
+    bool keep_dropped;
     double tolerance; /* the weld distance */
     uint32_t *id;     /* [vertex_count] welded */
     edge *edges;      /* sorted; three per triangle */
@@ -154,12 +156,21 @@ static uint32_t find_partner(const builder *b, size_t face, uint32_t quad[4])
     return best;
 }
 
-static void add_facet(builder *b, const uint32_t vertex[4], size_t face, uint32_t partner)
+static facet *add_facet(builder *b, const uint32_t vertex[4], size_t face, uint32_t partner)
 {
     facet *f = &b->facets[b->facet_count++];
     memcpy(f->vertex, vertex, sizeof f->vertex);
     f->face = (uint32_t)face;
     f->partner = partner;
+    return f;
+}
+
+/* Counts a face without area. */
+static void drop_face(builder *b, size_t face)
+{
+    b->patches->degenerate_count++;
+    if (b->keep_dropped)
+        add_facet(b, b->scene->face_vertex + 4 * face, face, HPR_NONE)->empty = true;
 }
 
 /* A face with four corners stays whole if it is a parallelogram, else it falls into two triangles, of which
@@ -179,7 +190,8 @@ static void add_quad(builder *b, size_t face)
             added++;
         }
     }
-    b->patches->degenerate_count += added == 0;
+    if (!added)
+        drop_face(b, face);
 }
 
 static void collect_facets(builder *b)
@@ -187,11 +199,14 @@ static void collect_facets(builder *b)
     for (size_t f = 0; f < b->scene->face_count; f++) {
         const uint32_t *vertex = b->scene->face_vertex + 4 * f;
         b->taken[f] = degenerate(b, vertex) && is_triangle(b, f);
-        b->patches->degenerate_count += b->taken[f];
     }
     collect_edges(b);
     for (size_t f = 0; f < b->scene->face_count; f++) {
         uint32_t quad[4];
+        if (is_triangle(b, f) && degenerate(b, b->scene->face_vertex + 4 * f)) {
+            drop_face(b, f);
+            continue;
+        }
         if (b->taken[f])
             continue;
         if (!is_triangle(b, f)) {
@@ -222,6 +237,15 @@ static void set_optics(const builder *b, const facet *f, size_t i)
         patches->reflectance[n * i + c] = rho;
         patches->exitance[n * i + c] = 3.14159265358979323846 * radiance;
     }
+}
+
+/* A patch that only keeps its place. */
+static void set_empty(const builder *b, const facet *f, size_t i, int side)
+{
+    b->patches->shape[i] = HPR_SHAPE_TRIANGLE;
+    b->patches->side[i] = (uint8_t)side;
+    b->patches->twin[i] = HPR_NONE;
+    hpr_vec3_store(b->patches->origin + 3 * i, position(b, f->vertex[0]));
 }
 
 static void set_geometry(const builder *b, const facet *f, size_t i, int side)
@@ -323,14 +347,17 @@ static void make_patches(builder *b, const bool *hidden)
         bool both = material != HPR_NONE && b->scene->material[material].double_sided;
         size_t made = 0;
         for (int side = 0; side <= both; side++) {
-            if (hidden[2 * f + (size_t)side]) {
-                b->patches->duplicate_count++;
+            bool dropped = facet->empty || hidden[2 * f + (size_t)side];
+            b->patches->duplicate_count += dropped && !facet->empty;
+            if (dropped && !b->keep_dropped)
                 continue;
-            }
-            set_geometry(b, facet, count, side);
+            if (dropped)
+                set_empty(b, facet, count, side);
+            else
+                set_geometry(b, facet, count, side);
             set_optics(b, facet, count);
             count++;
-            made++;
+            made += !dropped;
         }
         if (made == 2) {
             b->patches->twin[count - 1] = (uint32_t)(count - 2);
@@ -356,9 +383,9 @@ static hpr_status allocate_builder(builder *b)
     return status;
 }
 
-hpr_status hpr_patches_build(const hpr_scene *scene, hpr_patches **patches)
+static hpr_status build(const hpr_scene *scene, bool keep_dropped, hpr_patches **patches)
 {
-    builder b = {.scene = scene, .context = scene->context};
+    builder b = {.scene = scene, .context = scene->context, .keep_dropped = keep_dropped};
     bool *hidden = NULL;
     *patches = NULL;
     hpr_status status = allocate_builder(&b);
@@ -393,4 +420,14 @@ done:
         hpr_patches_destroy(&b.patches);
     *patches = b.patches;
     return status;
+}
+
+hpr_status hpr_patches_build(const hpr_scene *scene, hpr_patches **patches)
+{
+    return build(scene, false, patches);
+}
+
+hpr_status hpr_patches_build_all(const hpr_scene *scene, hpr_patches **patches)
+{
+    return build(scene, true, patches);
 }

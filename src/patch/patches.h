@@ -38,6 +38,10 @@ void hpr_patches_destroy(hpr_patches **patches);
  */
 hpr_status hpr_patches_build(const hpr_scene *scene, hpr_patches **patches);
 
+/* The same, but what would be dropped stays in its place as a patch without area, edges and normal, so that
+ * dropping renumbers nothing. */
+hpr_status hpr_patches_build_all(const hpr_scene *scene, hpr_patches **patches);
+
 /* Corners in order: 4 or 3 points. Returns their number. */
 size_t hpr_patch_corners(const hpr_patches *patches, size_t patch, double corner[4][3]);
 

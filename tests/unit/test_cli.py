@@ -23,7 +23,7 @@ OPTIONS = {"": SOLVE + RENDER, "solve": SOLVE, "render": RENDER, "probe": []}
 
 # arguments after `hprad`: texts that the message must hold
 WRONG_USAGE = [
-    ((), ["solve, render, probe", "--help"]),
+    ((), ["solve, render, probe, formfactors", "--help"]),
     (("study", "one.gltf"), ["'study'", "verb", "file"]),
     (("formfactors",), ["'formfactors'", "verb", "file"]),
     (("--quiet", "solve", "one.gltf"), ["verb comes first", "solve"]),

@@ -1,0 +1,341 @@
+#include "link/form_factors.h"
+
+#include "quadrature/block.h"
+#include "visibility/visibility.h"
+
+#include <omp.h>
+#include <stdatomic.h>
+#include <string.h>
+
+/* Working memory of one thread, and what it counted. */
+typedef struct worker {
+    hpr_block_scratch *scratch;
+    uint32_t *blocker; /* [divider_count] */
+    double *block;     /* [HPR_MAX_BASIS]^2 */
+    hpr_pairs_done done;
+    uint64_t kernel_count, ray_count;
+} worker;
+
+typedef struct assembly {
+    const hpr_rows *rows;
+    hpr_context *context;
+    double tolerance;
+    int degree;
+    hpr_visibility *visibility;
+    hpr_quadrature *quadrature;
+    uint32_t *divider; /* patches that can come between some pair at all, rising */
+    size_t divider_count;
+    worker *workers;
+    double *result;    /* packed A F, or blocks */
+    size_t block_size; /* 0: A F is wanted */
+} assembly;
+
+static bool has_area(const hpr_patches *patches, size_t p)
+{
+    return patches->area_m2[p] > 0;
+}
+
+static hpr_facet facet_of(const hpr_patches *patches, size_t p)
+{
+    hpr_facet facet;
+    facet.corner_count = hpr_patch_corners(patches, p, facet.corner);
+    memcpy(facet.normal, patches->normal + 3 * p, sizeof facet.normal);
+    return facet;
+}
+
+static hpr_element_frame frame_of(const assembly *a, size_t p)
+{
+    const hpr_patches *patches = a->rows->patches;
+    return (hpr_element_frame){.shape = (hpr_shape)patches->shape[p],
+                               .degree = a->degree,
+                               .origin = hpr_vec3_load(patches->origin + 3 * p),
+                               .edge1 = hpr_vec3_load(patches->edge1 + 3 * p),
+                               .edge2 = hpr_vec3_load(patches->edge2 + 3 * p),
+                               .normal = hpr_vec3_load(patches->normal + 3 * p),
+                               .area_m2 = patches->area_m2[p]};
+}
+
+/* Has the patch's plane corners of others on both sides? In a convex room that is so for none of them, and no
+ * pair needs to look for blockers. The slack is below that of hpr_visibility_classify, which judges finally.
+ */
+static bool divides(const hpr_patches *patches, size_t p, double slack)
+{
+    hpr_vec3 origin = hpr_vec3_load(patches->origin + 3 * p), normal = hpr_vec3_load(patches->normal + 3 * p);
+    bool above = false, below = false;
+    for (size_t q = 0; q < patches->count && !(above && below); q++) {
+        double corner[4][3];
+        size_t count = has_area(patches, q) ? hpr_patch_corners(patches, q, corner) : 0;
+        for (size_t i = 0; i < count; i++) {
+            double height = hpr_dot(normal, hpr_sub(hpr_vec3_load(corner[i]), origin));
+            above |= height > slack;
+            below |= height < -slack;
+        }
+    }
+    return above && below;
+}
+
+static hpr_status find_dividers(assembly *a)
+{
+    const hpr_patches *patches = a->rows->patches;
+    size_t n = patches->count;
+    double centre[3], slack = 1e-13 * hpr_patches_radius(patches, centre);
+    bool *found = NULL;
+    hpr_status status = hpr_allocate_into(a->context, &a->divider, n, sizeof *a->divider, "blockers");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(a->context, &found, n, sizeof *found, "blockers");
+    if (status != HPR_OK)
+        return status;
+#pragma omp parallel for schedule(dynamic, 16) num_threads(hpr_context_threads(a->context))
+    for (size_t p = 0; p < n; p++)
+        found[p] = has_area(patches, p) && divides(patches, p, slack);
+    for (size_t p = 0; p < n; p++) {
+        if (found[p])
+            a->divider[a->divider_count++] = (uint32_t)p;
+    }
+    hpr_release(a->context, found);
+    return HPR_OK;
+}
+
+/* The block of patches p (receiver) and q into w->block; false if it is zero. */
+static bool integrate_pair(const assembly *a, worker *w, size_t p, size_t q)
+{
+    const hpr_patches *patches = a->rows->patches;
+    if (a->rows->patch_surface[p] == a->rows->patch_surface[q] || !has_area(patches, p) ||
+        !has_area(patches, q))
+        return false;
+    hpr_facet recv = facet_of(patches, p), send = facet_of(patches, q);
+    hpr_block_task task = {.recv = frame_of(a, p),
+                           .send = frame_of(a, q),
+                           .tolerance = a->tolerance,
+                           .contact_m = patches->weld_m,
+                           .visibility = a->visibility,
+                           .blockers = w->blocker,
+                           .clip = true};
+    if (hpr_visibility_classify(a->visibility, &recv, &send, a->divider, a->divider_count, w->blocker,
+                                &task.blocker_count) == HPR_SEES_NOTHING)
+        return false;
+    hpr_block_result result = hpr_block_ref(a->quadrature, &task, w->block, w->scratch);
+    w->kernel_count += result.kernel_count;
+    w->ray_count += result.ray_count;
+    if (!result.seen)
+        return false;
+    w->done.pair_count++;
+    w->done.blocked_count += task.blocker_count > 0;
+    w->done.short_count += result.stopped_short || result.sampled;
+    return true;
+}
+
+/* First of row i among the entries j >= i of all rows. */
+static size_t packed_row(size_t count, size_t i)
+{
+    return i * count - i * (i - 1) / 2;
+}
+
+/* A_i F_ij, i <= j. Pairs within one row count in both directions. */
+static void integrate_entry(const assembly *a, worker *w, size_t i, size_t j)
+{
+    const hpr_rows *rows = a->rows;
+    double sum = 0;
+    for (size_t m = rows->first[i]; m < rows->first[i + 1]; m++) {
+        for (size_t n = i == j ? m + 1 : rows->first[j]; n < rows->first[j + 1]; n++) {
+            uint32_t p = rows->member[m], q = rows->member[n];
+            if (integrate_pair(a, w, p, q))
+                sum += sqrt(rows->patches->area_m2[p]) * sqrt(rows->patches->area_m2[q]) * w->block[0];
+        }
+    }
+    a->result[packed_row(rows->count, i) + (j - i)] = i == j ? 2 * sum : sum;
+}
+
+/* K_ij and its transpose. */
+static void integrate_block(const assembly *a, worker *w, size_t i, size_t j)
+{
+    const hpr_rows *rows = a->rows;
+    if (i == j || rows->first[i] == rows->first[i + 1] || rows->first[j] == rows->first[j + 1])
+        return;
+    uint32_t p = rows->member[rows->first[i]], q = rows->member[rows->first[j]];
+    if (!integrate_pair(a, w, p, q))
+        return;
+    size_t n = a->block_size, count = rows->count;
+    size_t n_recv = hpr_basis_count((hpr_shape)rows->patches->shape[p], a->degree);
+    size_t n_send = hpr_basis_count((hpr_shape)rows->patches->shape[q], a->degree);
+    for (size_t k = 0; k < n_recv; k++) {
+        for (size_t l = 0; l < n_send; l++) {
+            a->result[((i * count + j) * n + k) * n + l] = w->block[k * n_send + l];
+            a->result[((j * count + i) * n + l) * n + k] = w->block[k * n_send + l];
+        }
+    }
+}
+
+/* Entries are handed out in strips of one row, long enough to be worth it and short enough to balance. */
+static void integrate_all(assembly *a)
+{
+    enum { STRIP = 16 };
+    size_t count = a->rows->count, strips = (count + STRIP - 1) / STRIP;
+    double entry_count = 0.5 * (double)count * ((double)count + 1);
+    _Atomic uint64_t finished = 0;
+#pragma omp parallel for schedule(dynamic, 1) num_threads(hpr_context_threads(a->context))
+    for (size_t task = 0; task < count * strips; task++) {
+        worker *w = &a->workers[omp_get_thread_num()];
+        size_t i = task / strips, begin = task % strips * STRIP, end = begin + STRIP;
+        if (end <= i)
+            continue;
+        for (size_t j = begin < i ? i : begin; j < end && j < count && !hpr_cancelled(a->context); j++) {
+            if (a->block_size)
+                integrate_block(a, w, i, j);
+            else
+                integrate_entry(a, w, i, j);
+            finished++;
+        }
+        if (omp_get_thread_num() == 0)
+            hpr_stage_progress(a->context, (double)finished / entry_count);
+    }
+}
+
+static hpr_status make_workers(assembly *a)
+{
+    int threads = hpr_context_threads(a->context);
+    size_t n = hpr_form_blocks_size(a->rows, a->degree);
+    hpr_status status =
+        hpr_allocate_into(a->context, &a->workers, (size_t)threads, sizeof *a->workers, "quadrature scratch");
+    for (int t = 0; status == HPR_OK && t < threads; t++) {
+        worker *w = &a->workers[t];
+        status = hpr_block_scratch_create(a->context, &w->scratch);
+        if (status == HPR_OK)
+            status = hpr_allocate_into(a->context, &w->blocker, a->divider_count, sizeof *w->blocker,
+                                       "quadrature scratch");
+        if (status == HPR_OK)
+            status = hpr_allocate_into(a->context, &w->block, n * n, sizeof *w->block, "quadrature scratch");
+    }
+    return status;
+}
+
+static void close_workers(assembly *a, hpr_pairs_done *done)
+{
+    for (int t = 0; a->workers && t < hpr_context_threads(a->context); t++) {
+        worker *w = &a->workers[t];
+        done->pair_count += w->done.pair_count;
+        done->blocked_count += w->done.blocked_count;
+        done->short_count += w->done.short_count;
+        hpr_count(a->context, HPR_COUNT_KERNEL, w->kernel_count);
+        hpr_count(a->context, HPR_COUNT_RAYS, w->ray_count);
+        hpr_block_scratch_destroy(&w->scratch);
+        hpr_release(a->context, w->blocker);
+        hpr_release(a->context, w->block);
+    }
+    hpr_release(a->context, a->workers);
+}
+
+static hpr_status run(assembly *a, hpr_pairs_done *done)
+{
+    *done = (hpr_pairs_done){0};
+    hpr_status status = hpr_visibility_create(a->rows->patches, &a->visibility);
+    if (status == HPR_OK)
+        status = hpr_quadrature_create(a->context, &a->quadrature);
+    if (status == HPR_OK)
+        status = find_dividers(a);
+    if (status == HPR_OK)
+        status = make_workers(a);
+    if (status == HPR_OK) {
+        integrate_all(a);
+        if (hpr_cancelled(a->context))
+            status = hpr_fail(a->context, HPR_ERR_INTERRUPTED, "interrupted");
+    }
+    close_workers(a, done);
+    hpr_release(a->context, a->divider);
+    hpr_quadrature_destroy(&a->quadrature);
+    hpr_visibility_destroy(&a->visibility);
+    return status;
+}
+
+double hpr_form_factors_bytes(size_t row_count)
+{
+    return (0.5 * ((double)row_count + 1) + 1) * (double)row_count * sizeof(double);
+}
+
+static void add_masks(const hpr_rows *rows, hpr_form_factors *factors)
+{
+    for (size_t m = 0; m < rows->mask_count; m++) {
+        const hpr_mask *mask = &rows->mask[m];
+        size_t i = mask->mask_row < mask->base_row ? mask->mask_row : mask->base_row;
+        size_t j = mask->mask_row < mask->base_row ? mask->base_row : mask->mask_row;
+        factors->exchange[packed_row(factors->count, i) + (j - i)] +=
+            i == j ? 2 * mask->area_m2 : mask->area_m2;
+    }
+}
+
+hpr_status hpr_form_factors_create(const hpr_rows *rows, double tolerance, hpr_form_factors **out)
+{
+    hpr_context *ctx = rows->context;
+    hpr_form_factors *factors = NULL;
+    size_t count = rows->count;
+    *out = NULL;
+    hpr_status status = hpr_allocate_into(ctx, &factors, 1, sizeof *factors, "view factors");
+    if (status != HPR_OK)
+        return status;
+    factors->context = ctx;
+    factors->count = count;
+    status = hpr_allocate_into(ctx, &factors->area_m2, count, sizeof(double), "view factors");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &factors->exchange, packed_row(count, count), sizeof(double),
+                                   "view factors");
+    if (status == HPR_OK) {
+        for (size_t i = 0; i < count; i++)
+            factors->area_m2[i] = rows->row[i].area_m2;
+        assembly a = {.rows = rows, .context = ctx, .tolerance = tolerance, .result = factors->exchange};
+        status = run(&a, &factors->done);
+    }
+    if (status == HPR_OK)
+        add_masks(rows, factors);
+    else
+        hpr_form_factors_destroy(&factors);
+    *out = factors;
+    return status;
+}
+
+void hpr_form_factors_destroy(hpr_form_factors **out)
+{
+    hpr_form_factors *factors = *out;
+    if (!factors)
+        return;
+    hpr_context *ctx = factors->context;
+    hpr_release(ctx, factors->area_m2);
+    hpr_release(ctx, factors->exchange);
+    hpr_release(ctx, factors);
+    *out = NULL;
+}
+
+double hpr_form_factors_at(const hpr_form_factors *factors, size_t i, size_t j)
+{
+    size_t low = i < j ? i : j, high = i < j ? j : i;
+    return factors->exchange[packed_row(factors->count, low) + (high - low)];
+}
+
+void hpr_form_factors_row(const hpr_form_factors *factors, size_t i, double *row)
+{
+    double area = factors->area_m2[i];
+    for (size_t j = 0; j < factors->count; j++)
+        row[j] = area > 0 ? hpr_form_factors_at(factors, i, j) / area : 0;
+}
+
+size_t hpr_form_blocks_size(const hpr_rows *rows, int degree)
+{
+    size_t size = 1;
+    for (size_t p = 0; p < rows->patches->count; p++) {
+        size_t n = hpr_basis_count((hpr_shape)rows->patches->shape[p], degree);
+        if (has_area(rows->patches, p) && n > size)
+            size = n;
+    }
+    return size;
+}
+
+hpr_status hpr_form_blocks(const hpr_rows *rows, int degree, double tolerance, double *block,
+                           hpr_pairs_done *done)
+{
+    assembly a = {.rows = rows,
+                  .context = rows->context,
+                  .tolerance = tolerance,
+                  .degree = degree,
+                  .result = block,
+                  .block_size = hpr_form_blocks_size(rows, degree)};
+    return run(&a, done);
+}

@@ -8,7 +8,7 @@
  * distance. Source: the idea of regularised outer and exact inner integrals as in Schroder & Hanrahan 1993,
  * sec. 5, and Walton 2002 (View3D), with polynomials.
  */
-#include "quadrature/cut.h"
+#include "quadrature/cuts.h"
 #include "quadrature/rule.h"
 
 #include <string.h>
@@ -39,15 +39,15 @@ static void project(const hpr_element_frame *outer, hpr_vec3 point, double foot[
 }
 
 /* The line in which the outer plane is cut by the plane through q with this normal. */
-static void cut_by_plane(const nested *n, hpr_pieces *p, hpr_vec3 q, hpr_vec3 normal)
+static void cut_by_plane(const nested *n, hpr_cuts *p, hpr_vec3 q, hpr_vec3 normal)
 {
     hpr_affine f = {hpr_dot(normal, hpr_sub(n->outer->origin, q)), hpr_dot(normal, n->outer->edge1),
                     hpr_dot(normal, n->outer->edge2)};
-    hpr_pieces_cut(p, &f);
+    hpr_cuts_along(p, &f);
 }
 
 /* Along the inner polygon's projected edges. */
-static void cut_by_edges(const nested *n, hpr_pieces *p)
+static void cut_by_edges(const nested *n, hpr_cuts *p)
 {
     static const double point_size = 1e-14;
     int count = n->outline.count;
@@ -59,7 +59,7 @@ static void cut_by_edges(const nested *n, hpr_pieces *p)
         if (fabs(d[0]) + fabs(d[1]) <= point_size)
             continue; /* an edge at a right angle to the plane */
         hpr_affine f = {d[1] * a[0] - d[0] * a[1], -d[1], d[0]};
-        hpr_pieces_cut(p, &f);
+        hpr_cuts_along(p, &f);
     }
 }
 
@@ -68,7 +68,7 @@ static void cut_by_edges(const nested *n, hpr_pieces *p)
  * seen on an edge of the other (EV events, Gigus & Malik 1990). Many blockers would make too many pieces;
  * then the halving has to find them.
  */
-static void cut_by_events(const nested *n, hpr_pieces *p)
+static void cut_by_events(const nested *n, hpr_cuts *p)
 {
     enum { MAX_CUTTING_BLOCKERS = 2 };
     for (int b = 0; b < n->pair->blocker_count && n->pair->blocker_count <= MAX_CUTTING_BLOCKERS; b++) {
@@ -230,20 +230,20 @@ bool hpr_nested_choose(const hpr_gauss_table *gauss, const hpr_pair *pair, const
     n.outline.count = inner->count;
     for (int i = 0; i < inner->count; i++)
         n.outline.corner[i] = hpr_frame_point(n.inner, inner->corner[i][0], inner->corner[i][1]);
-    hpr_pieces cut;
-    hpr_pieces_init(&cut, outer);
+    hpr_cuts cut;
+    hpr_cuts_init(&cut, outer);
     cut_by_edges(&n, &cut);
     cut_by_events(&n, &cut);
-    double whole[HPR_MAX_PIECES][HPR_POLYGON_MAX], total = 0;
+    double whole[HPR_MAX_CUTS][HPR_POLYGON_MAX], total = 0;
     hpr_cell cell[HPR_POLYGON_MAX];
     for (int p = 0; p < cut.count; p++) {
-        int count = hpr_piece_fan(&cut.piece[p], cell);
+        int count = hpr_cuts_fan(&cut.piece[p], cell);
         for (int i = 0; i < count; i++)
             total += whole[p][i] = box_integral(&n, &cell[i], &whole_box);
     }
     n.allowed = fmax(box_share * tolerance, rounding) * total;
     for (int p = 0; p < cut.count; p++) {
-        int count = hpr_piece_fan(&cut.piece[p], cell);
+        int count = hpr_cuts_fan(&cut.piece[p], cell);
         for (int i = 0; i < count; i++)
             refine(&n, &cell[i], &whole_box, whole[p][i], 0);
     }

@@ -4,7 +4,7 @@
 #include "direct/lambert.h"
 #include "math/gauss.h"
 #include "math/vec3.h"
-#include "quadrature/cut.h"
+#include "quadrature/cuts.h"
 #include "visibility/visibility.h"
 
 #include <omp.h>
@@ -220,7 +220,7 @@ static void integrate_adaptively(leaf_integral *l, const double box[4], const do
 
 /* The leaf cut where it crosses the planes of other patches: on one side they show their fronts, on the other
  * their backs, so that the fractions have a kink there. */
-static void cut_at_planes(const leaf_integral *l, hpr_pieces *pieces)
+static void cut_at_planes(const leaf_integral *l, hpr_cuts *pieces)
 {
     const hpr_patches *patches = l->e->patches;
     const hpr_elements *elements = l->e->elements;
@@ -228,7 +228,7 @@ static void cut_at_planes(const leaf_integral *l, hpr_pieces *pieces)
                          .corner = {{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
     if (l->shape == HPR_SHAPE_TRIANGLE)
         memcpy(whole.corner[2], whole.corner[3], sizeof whole.corner[2]);
-    hpr_pieces_init(pieces, &whole);
+    hpr_cuts_init(pieces, &whole);
     size_t own = 3 * (size_t)l->node;
     for (size_t j = 0; j < patches->count; j++) {
         double offset[3];
@@ -237,7 +237,7 @@ static void cut_at_planes(const leaf_integral *l, hpr_pieces *pieces)
         hpr_affine height = {hpr_dot3(normal, offset), hpr_dot3(normal, elements->edge1 + own),
                              hpr_dot3(normal, elements->edge2 + own)};
         if (j != l->patch && j != patches->twin[l->patch])
-            hpr_pieces_cut(pieces, &height);
+            hpr_cuts_along(pieces, &height);
     }
 }
 
@@ -245,11 +245,11 @@ static void lose_exactly(leaf_integral *l, double *total)
 {
     static const double whole_box[4] = {0, 0, 1, 1};
     double whole[2 * l->e->channels], scratch[l->e->channels];
-    hpr_pieces pieces;
+    hpr_cuts pieces;
     hpr_cell cell[HPR_POLYGON_MAX];
     cut_at_planes(l, &pieces);
     for (int p = 0; p < pieces.count; p++) {
-        int count = hpr_piece_fan(&pieces.piece[p], cell);
+        int count = hpr_cuts_fan(&pieces.piece[p], cell);
         for (int i = 0; i < count; i++) {
             l->cell = cell[i];
             integrate_box(l, whole_box, whole, scratch);

@@ -1,4 +1,4 @@
-#include "quadrature/cut.h"
+#include "quadrature/cuts.h"
 
 #include <string.h>
 
@@ -30,7 +30,7 @@ static hpr_polygon half_polygon(const hpr_polygon *polygon, const hpr_affine *f,
     return half;
 }
 
-void hpr_pieces_init(hpr_pieces *pieces, const hpr_polygon *polygon)
+void hpr_cuts_init(hpr_cuts *pieces, const hpr_polygon *polygon)
 {
     static const double sliver = 1e-14;
     pieces->count = 1;
@@ -38,11 +38,11 @@ void hpr_pieces_init(hpr_pieces *pieces, const hpr_polygon *polygon)
     pieces->piece[0] = *polygon;
 }
 
-void hpr_pieces_cut(hpr_pieces *p, const hpr_affine *f)
+void hpr_cuts_along(hpr_cuts *p, const hpr_affine *f)
 {
     if (!(fabs(f->along1) + fabs(f->along2) > 0))
         return;
-    for (int k = p->count - 1; k >= 0 && p->count < HPR_MAX_PIECES; k--) {
+    for (int k = p->count - 1; k >= 0 && p->count < HPR_MAX_CUTS; k--) {
         hpr_polygon left = half_polygon(&p->piece[k], f, 1), right = half_polygon(&p->piece[k], f, -1);
         if (left.count < 3 || right.count < 3 || p->piece[k].count >= HPR_POLYGON_MAX - 1 ||
             hpr_polygon_area(&left) <= p->least || hpr_polygon_area(&right) <= p->least)
@@ -52,7 +52,7 @@ void hpr_pieces_cut(hpr_pieces *p, const hpr_affine *f)
     }
 }
 
-int hpr_piece_fan(const hpr_polygon *piece, hpr_cell *cells)
+int hpr_cuts_fan(const hpr_polygon *piece, hpr_cell *cells)
 {
     double middle[2] = {0, 0};
     for (int i = 0; i < piece->count; i++) {

@@ -1,26 +1,26 @@
 /* A polygon in the parameters of an element, cut along lines into convex pieces, and these into triangles. */
-#ifndef HPR_QUADRATURE_CUT_H
-#define HPR_QUADRATURE_CUT_H
+#ifndef HPR_QUADRATURE_CUTS_H
+#define HPR_QUADRATURE_CUTS_H
 
 #include "quadrature/pair.h"
 
-enum { HPR_MAX_PIECES = 400 };
+enum { HPR_MAX_CUTS = 400 };
 
-typedef struct hpr_pieces {
+typedef struct hpr_cuts {
     int count;
     double least; /* area below which nothing is cut off: slivers of rounding */
-    hpr_polygon piece[HPR_MAX_PIECES];
-} hpr_pieces;
+    hpr_polygon piece[HPR_MAX_CUTS];
+} hpr_cuts;
 
 double hpr_polygon_area(const hpr_polygon *polygon);
 
 /* The polygon as the only piece. */
-void hpr_pieces_init(hpr_pieces *pieces, const hpr_polygon *polygon);
+void hpr_cuts_init(hpr_cuts *pieces, const hpr_polygon *polygon);
 
-/* Cuts every piece along the line f = 0; stops quietly at HPR_MAX_PIECES. */
-void hpr_pieces_cut(hpr_pieces *pieces, const hpr_affine *f);
+/* Cuts every piece along the line f = 0; stops quietly at HPR_MAX_CUTS. */
+void hpr_cuts_along(hpr_cuts *pieces, const hpr_affine *f);
 
 /* Triangles from a piece's sides (edge 1) to its centroid; returns their number. cells: [HPR_POLYGON_MAX] */
-int hpr_piece_fan(const hpr_polygon *piece, hpr_cell *cells);
+int hpr_cuts_fan(const hpr_polygon *piece, hpr_cell *cells);
 
 #endif

@@ -1,5 +1,5 @@
 /* From a model to rows: cut bases, triangulate, combine. */
-#include "patch/cut.h"
+#include "patch/carve.h"
 #include "patch/rows_build.h"
 
 #include <float.h>
@@ -27,15 +27,15 @@ typedef struct builder {
     hpr_rows *rows;
 } builder;
 
-static hpr_piece piece_of(const hpr_surface *s)
+static hpr_carved piece_of(const hpr_surface *s)
 {
-    hpr_piece piece = {.count = (int)s->corner_count};
+    hpr_carved piece = {.count = (int)s->corner_count};
     for (size_t i = 0; i < s->corner_count; i++)
         piece.corner[i] = hpr_vec3_load(s->corner[i]);
     return piece;
 }
 
-static double piece_size(const hpr_piece *piece)
+static double piece_size(const hpr_carved *piece)
 {
     double size = 0;
     for (int i = 1; i < piece->count; i++)
@@ -67,7 +67,7 @@ static bool is_parallelogram(const hpr_vec3 *c)
 }
 
 /* Corners that lie on the line between their neighbours go: the cuts leave some. */
-static void drop_straight(hpr_piece *piece)
+static void drop_straight(hpr_carved *piece)
 {
     double slack = cut_slack * piece_size(piece);
     for (int i = 0; piece->count > 3 && i < piece->count;) {
@@ -86,7 +86,7 @@ static void drop_straight(hpr_piece *piece)
     }
 }
 
-static hpr_status add_piece(builder *b, uint32_t surface, hpr_piece *piece)
+static hpr_status add_piece(builder *b, uint32_t surface, hpr_carved *piece)
 {
     drop_straight(piece);
     const hpr_vec3 *c = piece->corner;
@@ -104,21 +104,21 @@ static hpr_status add_piece(builder *b, uint32_t surface, hpr_piece *piece)
 static hpr_status add_surface(builder *b, uint32_t i)
 {
     const hpr_surface *s = &b->model->surface[i];
-    hpr_piece whole = piece_of(s);
-    hpr_piece_list list = {.context = b->context};
+    hpr_carved whole = piece_of(s);
+    hpr_carving list = {.context = b->context};
     if (!(s->area_m2 > 0) || b->repeated[i] || s->kind == HPR_SURFACE_IS_ABSENT)
         return HPR_OK;
     double slack = cut_slack * piece_size(&whole);
-    hpr_status status = hpr_pieces_add(&list, &whole);
+    hpr_status status = hpr_carving_add(&list, &whole);
     for (uint32_t k = b->inside[i]; status == HPR_OK && k != HPR_NONE; k = b->next_inside[k]) {
         const hpr_surface *hole = &b->model->surface[k];
-        hpr_piece outline = piece_of(hole);
+        hpr_carved outline = piece_of(hole);
         if (hole->area_m2 > 0)
-            status = hpr_pieces_cut(&list, hpr_vec3_load(s->normal), outline.corner, outline.count, slack);
+            status = hpr_carve(&list, hpr_vec3_load(s->normal), outline.corner, outline.count, slack);
     }
     for (size_t k = 0; status == HPR_OK && k < list.count; k++)
         status = add_piece(b, i, &list.piece[k]);
-    hpr_pieces_release(&list);
+    hpr_carving_release(&list);
     return status;
 }
 

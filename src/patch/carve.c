@@ -1,4 +1,4 @@
-#include "patch/cut.h"
+#include "patch/carve.h"
 
 #include <assert.h>
 
@@ -7,14 +7,14 @@ typedef struct side {
     hpr_vec3 origin, direction;
 } side;
 
-void hpr_pieces_release(hpr_piece_list *list)
+void hpr_carving_release(hpr_carving *list)
 {
     hpr_release(list->context, list->piece);
     list->piece = NULL;
     list->count = list->capacity = 0;
 }
 
-hpr_status hpr_pieces_add(hpr_piece_list *list, const hpr_piece *piece)
+hpr_status hpr_carving_add(hpr_carving *list, const hpr_carved *piece)
 {
     hpr_status status =
         hpr_grow(list->context, &list->piece, &list->capacity, list->count + 1, sizeof *list->piece);
@@ -30,10 +30,10 @@ static double distance(const side *s, hpr_vec3 x)
 
 /* The part of a piece on one side (sign 1: the hole's, -1: the other); count 0 if it is nowhere farther than
  * slack. */
-static hpr_piece clip(const hpr_piece *piece, const side *s, double sign, double slack)
+static hpr_carved clip(const hpr_carved *piece, const side *s, double sign, double slack)
 {
-    hpr_piece out = {0};
-    double height[HPR_PIECE_ROOM], farthest = 0;
+    hpr_carved out = {0};
+    double height[HPR_CARVED_ROOM], farthest = 0;
     for (int i = 0; i < piece->count; i++) {
         height[i] = sign * distance(s, piece->corner[i]);
         if (fabs(height[i]) <= slack)
@@ -43,7 +43,7 @@ static hpr_piece clip(const hpr_piece *piece, const side *s, double sign, double
     for (int i = 0; farthest > 0 && i < piece->count; i++) {
         int next = (i + 1) % piece->count;
         double here = height[i], there = height[next];
-        assert(out.count + 2 <= HPR_PIECE_ROOM);
+        assert(out.count + 2 <= HPR_CARVED_ROOM);
         if (here >= 0)
             out.corner[out.count++] = piece->corner[i];
         if ((here > 0 && there < 0) || (here < 0 && there > 0)) {
@@ -55,37 +55,37 @@ static hpr_piece clip(const hpr_piece *piece, const side *s, double sign, double
 }
 
 /* Adds a piece, halved first if it has got too many corners to be cut again. */
-static hpr_status add_part(hpr_piece_list *list, const hpr_piece *piece)
+static hpr_status add_part(hpr_carving *list, const hpr_carved *piece)
 {
-    if (piece->count <= HPR_PIECE_CORNERS)
-        return hpr_pieces_add(list, piece);
+    if (piece->count <= HPR_CARVED_CORNERS)
+        return hpr_carving_add(list, piece);
     int half = piece->count / 2;
-    hpr_piece part[2] = {{0}, {0}};
+    hpr_carved part[2] = {{0}, {0}};
     for (int i = 0; i <= half; i++)
         part[0].corner[part[0].count++] = piece->corner[i];
     for (int i = half; i <= piece->count; i++)
         part[1].corner[part[1].count++] = piece->corner[i % piece->count];
-    hpr_status status = hpr_pieces_add(list, &part[0]);
-    return status == HPR_OK ? hpr_pieces_add(list, &part[1]) : status;
+    hpr_status status = hpr_carving_add(list, &part[0]);
+    return status == HPR_OK ? hpr_carving_add(list, &part[1]) : status;
 }
 
-static bool reaches(const hpr_piece *piece, const side *sides, int side_count, double slack)
+static bool reaches(const hpr_carved *piece, const side *sides, int side_count, double slack)
 {
-    hpr_piece rest = *piece;
+    hpr_carved rest = *piece;
     for (int k = 0; k < side_count; k++)
         rest = clip(&rest, &sides[k], 1, slack);
     return rest.count > 0;
 }
 
-static hpr_status cut_piece(hpr_piece_list *parts, const hpr_piece *piece, const side *sides, int side_count,
+static hpr_status cut_piece(hpr_carving *parts, const hpr_carved *piece, const side *sides, int side_count,
                             double slack)
 {
     if (!reaches(piece, sides, side_count, slack))
-        return hpr_pieces_add(parts, piece);
+        return hpr_carving_add(parts, piece);
     hpr_status status = HPR_OK;
-    hpr_piece rest = *piece;
+    hpr_carved rest = *piece;
     for (int k = 0; status == HPR_OK && k < side_count; k++) {
-        hpr_piece outside = clip(&rest, &sides[k], -1, slack);
+        hpr_carved outside = clip(&rest, &sides[k], -1, slack);
         if (outside.count)
             status = add_part(parts, &outside);
         rest = clip(&rest, &sides[k], 1, slack);
@@ -110,23 +110,22 @@ static int find_sides(hpr_vec3 normal, const hpr_vec3 *hole, int hole_count, dou
     return count;
 }
 
-hpr_status hpr_pieces_cut(hpr_piece_list *list, hpr_vec3 normal, const hpr_vec3 *hole, int hole_count,
-                          double slack)
+hpr_status hpr_carve(hpr_carving *list, hpr_vec3 normal, const hpr_vec3 *hole, int hole_count, double slack)
 {
     side sides[4];
     assert(hole_count >= 3 && hole_count <= 4);
     int side_count = find_sides(normal, hole, hole_count, slack, sides);
     if (side_count < 3)
         return HPR_OK; /* no area */
-    hpr_piece_list parts = {.context = list->context};
+    hpr_carving parts = {.context = list->context};
     hpr_status status = HPR_OK;
     for (size_t i = 0; status == HPR_OK && i < list->count; i++)
         status = cut_piece(&parts, &list->piece[i], sides, side_count, slack);
     if (status == HPR_OK) {
-        hpr_piece_list old = *list;
+        hpr_carving old = *list;
         *list = parts;
         parts = old;
     }
-    hpr_pieces_release(&parts);
+    hpr_carving_release(&parts);
     return status;
 }

@@ -19,13 +19,14 @@ COMMON = ["--threads", "--isa", "--quiet", "--verbose", "--version", "--help"]
 SOLVE = ["--order", "--subdivide", "--tol", "--block-tol", "--max-sweeps", "--max-reflectance", "--metallic",
          "--scene-index", "--report"]
 RENDER = ["--camera", "--size", "--samples", "--png", "--exposure"]
-OPTIONS = {"": SOLVE + RENDER, "solve": SOLVE, "render": RENDER, "probe": []}
+OPTIONS = {"": SOLVE + RENDER, "solve": SOLVE, "render": RENDER, "probe": [],
+           "formfactors": ["--tol", "--order", "--use-eps", "--scene-index"]}
 
 # arguments after `hprad`: texts that the message must hold
 WRONG_USAGE = [
     ((), ["solve, render, probe, formfactors", "--help"]),
     (("study", "one.gltf"), ["'study'", "verb", "file"]),
-    (("formfactors",), ["'formfactors'", "verb", "file"]),
+    (("formfactors",), ["no input", "one model"]),
     (("--quiet", "solve", "one.gltf"), ["verb comes first", "solve"]),
     (("solve",), ["one scene"]),
     (("solve", ""), ["''", "one scene"]),

@@ -25,7 +25,8 @@ OPTIONS = {"": SOLVE + RENDER, "solve": SOLVE, "render": RENDER, "probe": []}
 WRONG_USAGE = [
     ((), ["solve, render, probe, formfactors", "--help"]),
     (("study", "one.gltf"), ["'study'", "verb", "file"]),
-    (("formfactors",), ["'formfactors'", "verb", "file"]),
+    (("batch",), ["'batch'", "verb", "file"]),
+    (("formfactors",), ["no input", "one model"]),
     (("--quiet", "solve", "one.gltf"), ["verb comes first", "solve"]),
     (("solve",), ["one scene"]),
     (("solve", ""), ["''", "one scene"]),

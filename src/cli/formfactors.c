@@ -48,7 +48,7 @@ static const cli_verb verb = {
         "View factors: F[i][j] is the part of what leaves surface i that reaches surface j. Reads glTF and\n"
         "View3D's .vs3 (formats 3 and 3a; S, O, M, N, base, cmb; encl, emit). .npy is float64, .csv square\n"
         "without header, .txt View3D's layout; NAME.surfaces.csv beside it says what the rows are.\n",
-    .examples = "  hprad formfactors room.vs3 -o room.npy --tol 1e-10\n"
+    .examples = "  hprad formfactors scenes/window_room.vs3 -o room.npy --tol 1e-10\n"
                 "  hprad formfactors scenes/furnace_cube.gltf -o blocks.npy --order 2\n",
     .operand_count = 1,
     .operand_names = "one model",

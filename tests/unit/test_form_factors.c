@@ -206,10 +206,42 @@ static void a_hole_lets_light_through(void **state)
     hpr_form_factors *factors = factors_of(model, 1e-7, NULL), *expected = factors_of(frame, 1e-7, NULL);
     double value = hpr_form_factors_at(expected, 0, 1);
     assert_int_equal(factors->count, 2);
-    assert_true(value > 0.01 && value < opposite);
+    assert_true(value > 0.001 && value < 0.5 * opposite);
     near(factors, 0, 1, value, 2e-7 * value);
     hpr_form_factors_destroy(&factors);
     hpr_form_factors_destroy(&expected);
+}
+
+/* A quarter of the way is blocked by a square in a corner. The hidden part is bounded by single lines of
+ * sight, so a product rule finds it: Gauss, 28 nodes per axis, all digits agree with 20 nodes. */
+static void an_obstruction_hides(void **state)
+{
+    hpr_context *ctx = *state;
+    hpr_model *model = begin(ctx);
+    static const double square[] = {0, 0, 0.5, 0.5, 0, 0.5, 0.5, 0.5, 0.5, 0, 0.5, 0.5};
+    add_plate(model, 0, true);
+    add_plate(model, 1, false);
+    add(model, HPR_SURFACE_OBSTRUCTS, square, 4, HPR_NONE, HPR_NONE);
+    hpr_form_factors *factors = factors_of(model, 1e-9, NULL);
+    assert_int_equal(factors->count, 2);
+    near(factors, 0, 1, 0.1498686717737906, 1e-10);
+    hpr_form_factors_destroy(&factors);
+}
+
+/* A subsurface that fills its base leaves nothing of it. */
+static void a_base_may_be_filled(void **state)
+{
+    hpr_context *ctx = *state;
+    hpr_model *model = begin(ctx);
+    add_plate(model, 0, true);
+    add_plate(model, 0, true);
+    add_plate(model, 1, false);
+    model->surface[1].base = 0;
+    hpr_form_factors *factors = factors_of(model, 1e-12, NULL);
+    near(factors, 0, 2, 0, 0);
+    near(factors, 1, 2, opposite, 1e-12);
+    assert_true(factors->area_m2[0] == 0);
+    hpr_form_factors_destroy(&factors);
 }
 
 /* Floor and one wall in one row: its diagonal is what they exchange, twice. */
@@ -384,6 +416,8 @@ int main(void)
         cmocka_unit_test(a_subsurface_is_taken_out_of_its_base),
         cmocka_unit_test(a_mask_sees_its_base_only),
         cmocka_unit_test(a_hole_lets_light_through),
+        cmocka_unit_test(an_obstruction_hides),
+        cmocka_unit_test(a_base_may_be_filled),
         cmocka_unit_test(combined_surfaces_share_a_row),
         cmocka_unit_test(dropping_never_renumbers),
         cmocka_unit_test(threads_do_not_change_a_bit),

@@ -26,6 +26,7 @@ OPTIONS = {"": SOLVE + RENDER, "solve": SOLVE, "render": RENDER, "probe": [],
 WRONG_USAGE = [
     ((), ["solve, render, probe, formfactors", "--help"]),
     (("study", "one.gltf"), ["'study'", "verb", "file"]),
+    (("batch",), ["'batch'", "verb", "file"]),
     (("formfactors",), ["no input", "one model"]),
     (("--quiet", "solve", "one.gltf"), ["verb comes first", "solve"]),
     (("solve",), ["one scene"]),

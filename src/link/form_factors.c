@@ -166,17 +166,17 @@ static void integrate_block(const assembly *a, worker *w, size_t i, size_t j)
     }
 }
 
-/* Entries are handed out in strips of one row, long enough to be worth it and short enough to balance. */
+/* Entries are handed out in strips of one row: single ones where there are few, for a blocked pair may take
+ * seconds, longer ones where the handing out would be felt. */
 static void integrate_all(assembly *a)
 {
-    enum { STRIP = 16 };
-    size_t count = a->rows->count, strips = (count + STRIP - 1) / STRIP;
+    size_t count = a->rows->count, strip = 1 + count / 128, strips = (count + strip - 1) / strip;
     double entry_count = 0.5 * (double)count * ((double)count + 1);
     _Atomic uint64_t finished = 0;
 #pragma omp parallel for schedule(dynamic, 1) num_threads(hpr_context_threads(a->context))
     for (size_t task = 0; task < count * strips; task++) {
         worker *w = &a->workers[omp_get_thread_num()];
-        size_t i = task / strips, begin = task % strips * STRIP, end = begin + STRIP;
+        size_t i = task / strips, begin = task % strips * strip, end = begin + strip;
         if (end <= i)
             continue;
         for (size_t j = begin < i ? i : begin; j < end && j < count && !hpr_cancelled(a->context); j++) {

@@ -20,6 +20,7 @@ typedef struct hpr_convex {
 
 typedef struct hpr_visible {
     int count;
+    bool whole; /* nothing was cut out */
     hpr_convex piece[HPR_VISIBLE_PIECES];
 } hpr_visible;
 

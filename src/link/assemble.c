@@ -258,6 +258,7 @@ static void integrate_pair(const assembly *a, worker *w, size_t l, size_t leaf_i
     w->counts[HPR_COUNT_BLOCKS] += result.seen;
     w->counts[HPR_COUNT_KERNEL] += result.kernel_count;
     w->counts[HPR_COUNT_RAYS] += result.ray_count;
+    w->counts[HPR_COUNT_CLIPS] += result.clip_count;
     w->counts[HPR_COUNT_SHORT] += result.stopped_short && !task.blocker_count;
 }
 

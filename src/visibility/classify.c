@@ -47,13 +47,6 @@ static void height_range(const double (*point)[3], size_t count, const double or
     }
 }
 
-static bool reaches_before(const shaft *sh, int facet, const double (*point)[3], size_t count)
-{
-    double least, most;
-    height_range(point, count, sh->corner[facet][0], sh->normal[facet], &least, &most);
-    return most > sh->visibility->slack;
-}
-
 /* Takes away what is behind the other facet's plane (Sutherland & Hodgman 1974); the plane's own points stay.
  * False if nothing is left that sees it. */
 static bool keep_front(shaft *sh, int facet)
@@ -164,20 +157,41 @@ static void make_planes(shaft *sh)
     }
 }
 
-/* Some plane of the hull has the whole occluder outside, or touching it. */
-static bool outside_hull(shaft *sh, const double (*corner)[3], size_t count)
+/* The part of a polygon where limit - plane . x > 0 (Sutherland & Hodgman 1974); returns its corners. */
+static size_t cut(const double (*in)[3], size_t count, const double plane[3], double limit, double (*out)[3])
 {
-    double slack = sh->visibility->slack;
+    size_t kept = 0;
+    for (size_t i = 0; i < count; i++) {
+        const double *p = in[i], *q = in[(i + 1) % count];
+        double hp = limit - hpr_dot3(plane, p), hq = limit - hpr_dot3(plane, q), step[3];
+        if (hp > 0)
+            memcpy(out[kept++], p, sizeof *out);
+        if ((hp > 0) != (hq > 0)) {
+            hpr_subtract3(q, p, step);
+            hpr_add_scaled3(p, hp / (hp - hq), step, out[kept++]);
+        }
+    }
+    return kept;
+}
+
+/* Something of the occluder is inside all planes of the hull by more than the slack. */
+static bool meets_hull(shaft *sh, const double (*corner)[3], size_t count)
+{
+    double part[2][HPR_OCCLUDER_CORNERS + 2 + MAX_PLANES][3], slack = sh->visibility->slack;
     if (!sh->has_planes)
         make_planes(sh);
-    for (size_t i = 0; i < sh->plane_count; i++) {
-        size_t outside = 0;
-        while (outside < count && hpr_dot3(sh->plane[i], corner[outside]) >= sh->plane[i][3] - slack)
-            outside++;
-        if (outside == count)
-            return true;
+    for (size_t i = 0; i < sh->plane_count + 2; i++) {
+        const double *plane = i < 2 ? sh->normal[i] : sh->plane[i - 2];
+        double flipped[3], limit = i < 2 ? -hpr_dot3(plane, sh->corner[i][0]) : sh->plane[i - 2][3];
+        for (int k = 0; k < 3; k++)
+            flipped[k] = i < 2 ? -plane[k] : plane[k];
+        size_t left = cut(corner, count, flipped, limit - slack, part[i % 2]);
+        if (!left)
+            return false;
+        corner = (const double(*)[3])part[i % 2];
+        count = left;
     }
-    return false;
+    return true;
 }
 
 /* Every segment from corner to corner is blocked. */
@@ -209,8 +223,7 @@ static hpr_verdict view_past(shaft *sh, uint32_t index)
         hpr_scene_units(visibility, world, own[i]);
     }
     const double(*corner)[3] = (const double(*)[3])own;
-    if (!meets_box(sh, corner, count) || !reaches_before(sh, 0, corner, count) ||
-        !reaches_before(sh, 1, corner, count) || outside_hull(sh, corner, count))
+    if (!meets_box(sh, corner, count) || !meets_hull(sh, corner, count))
         return HPR_SEES_WHOLLY;
     return divides_wholly && hides(sh, occluder) ? HPR_SEES_NOTHING : HPR_SEES_PARTLY;
 }
@@ -226,9 +239,13 @@ hpr_verdict hpr_visibility_classify(const hpr_visibility *visibility, const hpr_
     if (!keep_front(&sh, 0) || !keep_front(&sh, 1))
         return HPR_SEES_NOTHING;
     set_box(&sh);
-    size_t found = 0, count = candidates ? candidate_count : visibility->occluder_count;
-    for (size_t i = 0; i < count; i++) {
-        uint32_t index = candidates ? candidates[i] : (uint32_t)i;
+    if (!candidates) {
+        candidates = visibility->divider;
+        candidate_count = visibility->divider_count;
+    }
+    size_t found = 0;
+    for (size_t i = 0; i < candidate_count; i++) {
+        uint32_t index = candidates[i];
         hpr_verdict past = view_past(&sh, index);
         if (past == HPR_SEES_NOTHING)
             return past;

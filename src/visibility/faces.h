@@ -51,6 +51,9 @@ struct hpr_visibility {
     size_t occluder_count;
     hpr_occluder *occluder; /* [occluder_count] */
     hpr_convex *outline;    /* [occluder_count] the same in metres */
+    size_t divider_count;
+    uint32_t *divider; /* [divider_count] occluders with something on both sides of their plane: only these
+                        * can come between patches; rising */
     hpr_rays *rays;
 };
 
@@ -89,11 +92,13 @@ static inline bool hpr_occluder_holds(const hpr_occluder *occluder, const double
     return true;
 }
 
-/* Does the occluder cut the segment between x and y, in scene units? */
-static inline bool hpr_occluder_blocks(const hpr_visibility *visibility, const hpr_occluder *occluder,
-                                       const double x[3], const double y[3])
+/* Where the segment between x and y, in scene units, crosses the occluder's plane, relative to its origin,
+ * and the sine of the angle between them; false if it does not. */
+static inline bool hpr_occluder_crossing(const hpr_visibility *visibility, const hpr_occluder *occluder,
+                                         const double x[3], const double y[3], double crossing[3],
+                                         double *sine)
 {
-    double slack = visibility->slack, from_x[3], from_y[3], step[3], crossing[3];
+    double slack = visibility->slack, from_x[3], from_y[3], step[3];
     hpr_subtract3(x, occluder->origin, from_x);
     hpr_subtract3(y, occluder->origin, from_y);
     double height_x = hpr_dot3(occluder->normal, from_x), height_y = hpr_dot3(occluder->normal, from_y);
@@ -102,8 +107,17 @@ static inline bool hpr_occluder_blocks(const hpr_visibility *visibility, const h
     double drop = height_x - height_y;
     hpr_subtract3(y, x, step);
     hpr_add_scaled3(from_x, height_x / drop, step, crossing);
-    return hpr_occluder_holds(occluder, crossing,
-                              hpr_face_growth(visibility, fabs(drop) / hpr_length3(step)));
+    *sine = fabs(drop) / hpr_length3(step);
+    return true;
+}
+
+/* Does the occluder cut the segment between x and y, in scene units? */
+static inline bool hpr_occluder_blocks(const hpr_visibility *visibility, const hpr_occluder *occluder,
+                                       const double x[3], const double y[3])
+{
+    double crossing[3], sine;
+    return hpr_occluder_crossing(visibility, occluder, x, y, crossing, &sine) &&
+           hpr_occluder_holds(occluder, crossing, hpr_face_growth(visibility, sine));
 }
 
 /* Where the line base + distance * direction (length 1) meets the face; false if it does not. */

@@ -130,6 +130,38 @@ static void set_units(hpr_visibility *visibility)
     visibility->reach = fmax(1e-7, 2 * visibility->slack);
 }
 
+/* All patches lie in occluders, so these stand for them. In a convex room there is none. */
+static bool divides(const hpr_visibility *visibility, const hpr_occluder *occluder)
+{
+    bool above = false, below = false;
+    for (size_t i = 0; i < visibility->occluder_count && !(above && below); i++) {
+        const hpr_convex *other = &visibility->outline[i];
+        for (int k = 0; k < other->count; k++) {
+            double world[3], own[3], offset[3];
+            hpr_vec3_store(world, other->corner[k]);
+            hpr_scene_units(visibility, world, own);
+            hpr_subtract3(own, occluder->origin, offset);
+            double height = hpr_dot3(occluder->normal, offset);
+            /* less than what counts as dividing, for an outline may be off by a part of the slack */
+            above |= height > visibility->slack / 4;
+            below |= height < -visibility->slack / 4;
+        }
+    }
+    return above && below;
+}
+
+static hpr_status find_dividers(hpr_visibility *visibility)
+{
+    hpr_status status =
+        hpr_allocate_into(visibility->context, &visibility->divider, visibility->occluder_count,
+                          sizeof *visibility->divider, "visibility");
+    for (size_t i = 0; status == HPR_OK && i < visibility->occluder_count; i++) {
+        if (divides(visibility, &visibility->occluder[i]))
+            visibility->divider[visibility->divider_count++] = (uint32_t)i;
+    }
+    return status;
+}
+
 hpr_status hpr_visibility_create(const hpr_patches *patches, hpr_visibility **out)
 {
     hpr_context *ctx = patches->context;
@@ -155,6 +187,8 @@ hpr_status hpr_visibility_create(const hpr_patches *patches, hpr_visibility **ou
     }
     status = set_occluders(visibility);
     if (status == HPR_OK)
+        status = find_dividers(visibility);
+    if (status == HPR_OK)
         status = hpr_rays_create(visibility, &visibility->rays);
 done:
     if (status != HPR_OK)
@@ -174,6 +208,7 @@ void hpr_visibility_destroy(hpr_visibility **out)
     hpr_release(ctx, visibility->front);
     hpr_release(ctx, visibility->occluder);
     hpr_release(ctx, visibility->outline);
+    hpr_release(ctx, visibility->divider);
     hpr_release(ctx, visibility);
     *out = NULL;
 }

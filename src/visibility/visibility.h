@@ -42,9 +42,8 @@ size_t hpr_visibility_occluder_count(const hpr_visibility *visibility);
 const hpr_convex *hpr_visibility_outlines(const hpr_visibility *visibility);
 
 /*
- * Conservative verdict for two facets. An occluder can come between only if its plane has points of the two
- * facets strictly on both sides, it reaches strictly in front of both facets' planes, it meets the interior
- * of the box around both, and no plane of their convex hull has it outside; of the facets only what is in
+ * Verdict for two facets, pieces of patches. An occluder can come between if its plane has points of the two
+ * facets strictly on both sides and it meets the interior of their convex hull; of the facets only what is in
  * front of the other's plane counts. Nothing is seen if the facets face away, or if all segments from corner
  * to corner cross one and the same occluder (then all segments do: where they cross its plane is the convex
  * hull of the corners' crossings). "Strictly" is by more than the slack: 1e-12 of the scene's size plus 8 eps

@@ -199,6 +199,35 @@ hpr_status hpr_direct_create(const hpr_patches *patches, const hpr_elements *ele
     return status;
 }
 
+size_t hpr_direct_emitter_count(const hpr_direct *direct)
+{
+    return direct->emitter_count;
+}
+
+hpr_emitter hpr_direct_emitter(const hpr_direct *direct, size_t emitter)
+{
+    const hpr_patches *p = direct->patches;
+    size_t patch = direct->emitter[emitter];
+    return (hpr_emitter){.shape = (hpr_shape)p->shape[patch],
+                         .origin = hpr_vec3_load(p->origin + 3 * patch),
+                         .edge1 = hpr_vec3_load(p->edge1 + 3 * patch),
+                         .edge2 = hpr_vec3_load(p->edge2 + 3 * patch),
+                         .normal = hpr_vec3_load(p->normal + 3 * patch),
+                         .area_m2 = p->area_m2[patch],
+                         .exitance = p->exitance + p->channel_count * patch};
+}
+
+hpr_sight hpr_direct_sight(const hpr_direct *direct, size_t leaf, size_t emitter)
+{
+    const sight *it = &direct->sights[leaf * direct->emitter_count + emitter];
+    return (hpr_sight){(hpr_verdict)it->verdict, direct->blocker + it->first, it->count};
+}
+
+const hpr_visibility *hpr_direct_visibility(const hpr_direct *direct)
+{
+    return direct->visibility;
+}
+
 static hpr_vec3 leaf_point(const hpr_elements *e, size_t node, double s, double t)
 {
     return hpr_madd(hpr_madd(hpr_vec3_load(e->origin + 3 * node), s, hpr_vec3_load(e->edge1 + 3 * node)), t,

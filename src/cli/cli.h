@@ -108,6 +108,7 @@ extern const struct poptOption cli_common_options[];
 typedef struct cli_solve_settings {
     hpr_read_options read;
     hpr_solve_options solve;
+    bool feet_given; /* else --subdivide alone makes all elements */
     const char *report_path;
 } cli_solve_settings;
 
@@ -129,6 +130,7 @@ enum {
     CLI_OPTION_HELP,
     CLI_OPTION_ORDER,
     CLI_OPTION_SUBDIVIDE,
+    CLI_OPTION_FEET,
     CLI_OPTION_BLOCK_TOLERANCE,
     CLI_OPTION_DIRECT,
     CLI_OPTION_MAX_SWEEPS,

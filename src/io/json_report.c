@@ -25,7 +25,9 @@ static void add_counts(cJSON *root, const hpr_solution *solution, bool *ok)
     cJSON *settings = hpr_json_object(root, "settings", ok);
     hpr_json_number(settings, "order", summary->options.order, ok);
     hpr_json_number(settings, "subdivide", summary->options.subdivide, ok);
+    hpr_json_number(settings, "feet", summary->options.feet, ok);
     hpr_json_number(settings, "block_tolerance", summary->block_tolerance, ok);
+    hpr_json_number(settings, "blocked_tolerance", summary->blocked_tolerance, ok);
     hpr_json_number(settings, "solver_tolerance", summary->options.solver_tolerance, ok);
     hpr_json_text(settings, "direct", summary->direct == HPR_DIRECT_EXACT ? "exact" : "galerkin", ok);
     hpr_json_number(settings, "max_sweeps", summary->options.max_sweeps, ok);
@@ -59,6 +61,7 @@ static void add_counters(cJSON *root, const hpr_context *ctx, bool *ok)
         [HPR_COUNT_PAIRS_HIDDEN] = "pairs_hidden",
         [HPR_COUNT_PAIRS_VISIBLE] = "pairs_visible",
         [HPR_COUNT_PAIRS_PARTIAL] = "pairs_partial",
+        [HPR_COUNT_SAMPLED] = "blocks_sampled",
         [HPR_COUNT_SHORT] = "blocks_short",
     };
     cJSON *counters = hpr_json_object(root, "counters", ok);

@@ -395,6 +395,12 @@ static const trimmed *trim_of(const hpr_coverage *coverage, size_t leaf)
     return index == HPR_NONE ? NULL : &coverage->trim[index];
 }
 
+bool hpr_coverage_is_partial(const hpr_coverage *coverage, size_t leaf)
+{
+    const trimmed *trim = trim_of(coverage, leaf);
+    return trim && trim->piece_count > 0;
+}
+
 static bool polygon_holds(const hpr_polygon *polygon, double s, double t)
 {
     static const double rounding = 1e-12;

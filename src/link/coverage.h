@@ -27,6 +27,9 @@ void hpr_coverage_destroy(hpr_coverage **coverage);
 /* Leaves of which some part is covered, and those of which all is. */
 void hpr_coverage_count(const hpr_coverage *coverage, size_t *partly, size_t *wholly);
 
+/* Is part of the leaf covered, and part of it open? */
+bool hpr_coverage_is_partial(const hpr_coverage *coverage, size_t leaf);
+
 /* False if the point (s,t) of a leaf is covered. Thread-safe. */
 bool hpr_coverage_open(const hpr_coverage *coverage, size_t leaf, double s, double t);
 

@@ -13,8 +13,8 @@ typedef struct hpr_image {
     size_t channel_count;
     float *radiance; /**< [height][width][channels], W/m²/sr, premultiplied by coverage */
     float *coverage; /**< [height][width], 0 .. 1 */
-    float *variance; /**< [height][width][channels], of the radiance as an estimate: the square of its standard
-                          error, (W/m²/sr)²; NULL if it is none */
+    float *variance; /**< [height][width][channels], of the radiance as an estimate: the square of its
+                        standard error, (W/m²/sr)²; NULL if it is none */
 } hpr_image;
 
 typedef struct hpr_render_options {

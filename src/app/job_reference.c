@@ -25,8 +25,8 @@ static hpr_status create_tally(hpr_context *ctx, size_t pictures, size_t channel
     hpr_status status =
         hpr_allocate_into(ctx, &t->picture, pictures, sizeof *t->picture, "the pictures' noise");
     if (status == HPR_OK)
-        status = hpr_allocate_into(ctx, &t->value, pictures, 2 * channels * sizeof(double),
-                                   "the pictures' noise");
+        status =
+            hpr_allocate_into(ctx, &t->value, pictures, 2 * channels * sizeof(double), "the pictures' noise");
     for (size_t i = 0; status == HPR_OK && i < pictures; i++) {
         t->picture[i].mean_radiance = t->value + 2 * channels * i;
         t->picture[i].standard_error = t->picture[i].mean_radiance + channels;
@@ -77,8 +77,7 @@ static hpr_status trace_pictures(hpr_job *job, const hpr_job_reference_options *
         size_t camera = list->camera[i];
         status = hpr_job_enter(job, HPR_JOB_RENDER);
         if (status == HPR_OK)
-            status =
-                hpr_reference_render(job->context, reference, camera, &options->pictures.render, &image);
+            status = hpr_reference_render(job->context, reference, camera, &options->pictures.render, &image);
         if (status == HPR_OK) {
             measure(&image, list->label[camera], &t->picture[i]);
             job->result->noise = fmax(job->result->noise, t->picture[i].noise);
@@ -149,8 +148,7 @@ hpr_status hpr_job_reference(hpr_context *ctx, const char *scene_path,
         options = &defaults;
     hpr_job job;
     hpr_job_begin(&job, ctx, &options->pictures.events, result);
-    hpr_status status =
-        hpr_pictures_check(&job, scene_path, options->pictures.pattern, options->report_path);
+    hpr_status status = hpr_pictures_check(&job, scene_path, options->pictures.pattern, options->report_path);
     if (status == HPR_OK)
         status = run(&job, scene_path, options);
     return hpr_job_end(&job, status);

@@ -1,7 +1,7 @@
 /*
  * Light paths from the camera: an estimate of the radiance along one ray whose expectation is the solution of
- *   L(x) = (M(x) + rho(x) H(x)) / pi,   H(x) = ∫ G(x,y) V(x,y) B(y) dA_y + pi L_env (the part of x that sees out)
- * It shares the patches and first-hit and occlusion rays with the rest of hprad, and nothing else.
+ *   L(x) = (M(x) + rho(x) H(x)) / pi,   H(x) = ∫ G(x,y) V(x,y) B(y) dA_y + pi L_env (the part of x that sees
+ * out) It shares the patches and first-hit and occlusion rays with the rest of hprad, and nothing else.
  */
 #ifndef HPR_BASELINE_TRACER_H
 #define HPR_BASELINE_TRACER_H
@@ -11,7 +11,8 @@
 #include "render/camera.h"
 #include "visibility/visibility.h"
 
-/* A path that is reflected more often than this will not end; with rho = 0.9999 everywhere one in 10^43 is. */
+/* A path that is reflected more often than this will not end; with rho = 0.9999 everywhere one in 10^43 is.
+ */
 enum { HPR_MAX_REFLECTIONS = 1000000 };
 
 typedef struct hpr_tracer {
@@ -34,8 +35,8 @@ void hpr_tracer_fini(hpr_tracer *tracer);
 
 /* What one path did. */
 typedef struct hpr_path {
-    bool covered; /* the camera ray met a surface */
-    bool endless; /* HPR_MAX_REFLECTIONS were not enough; the radiance is then wrong */
+    bool covered;  /* the camera ray met a surface */
+    bool endless;  /* HPR_MAX_REFLECTIONS were not enough; the radiance is then wrong */
     uint32_t rays; /* after the first one */
 } hpr_path;
 

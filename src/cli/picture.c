@@ -64,14 +64,14 @@ static bool check_verb(int argc, const char **argv)
 {
     const char *word = argc > 1 ? argv[1] : NULL;
     if (!word) {
-        cli_complain(
-            "no input: expected a scene or a verb (solve, render, probe, formfactors, reference); see 'hprad --help'");
+        cli_complain("no input: expected a scene or a verb (solve, render, probe, formfactors, reference); "
+                     "see 'hprad --help'");
         return false;
     }
     if (word[0] && word[0] != '-' && !strpbrk(word, "./") && access(word, F_OK) != 0 && errno == ENOENT) {
-        cli_complain(
-            "'%s' is neither a verb (solve, render, probe, formfactors, reference) nor a file; see 'hprad --help'",
-            word);
+        cli_complain("'%s' is neither a verb (solve, render, probe, formfactors, reference) nor a file; see "
+                     "'hprad --help'",
+                     word);
         return false;
     }
     for (int i = 1; i < argc; i++) {

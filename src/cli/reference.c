@@ -99,10 +99,11 @@ static bool take(void *user, int id, const char *value)
 static const cli_verb verb = {
     .name = "hprad reference",
     .operands = "SCENE.gltf|SCENE.glb [OPTIONS]",
-    .about = "Renders the cameras of a scene by Monte Carlo path tracing, which shares nothing with the solver\n"
-             "but the scene, the camera and the rays: the independent check. Unbiased, noisy; the layer\n"
-             "variance (variance.R, variance.G, variance.B) holds the square of each pixel's standard error.\n"
-             "Four times the paths halve the noise. The same bits for any number of threads.\n",
+    .about =
+        "Renders the cameras of a scene by Monte Carlo path tracing, which shares nothing with the solver\n"
+        "but the scene, the camera and the rays: the independent check. Unbiased, noisy; the layer\n"
+        "variance (variance.R, variance.G, variance.B) holds the square of each pixel's standard error.\n"
+        "Four times the paths halve the noise. The same bits for any number of threads.\n",
     .examples = "  hprad reference scenes/cornell_box.gltf -o truth.exr --samples 256 --png\n"
                 "  hprad reference room.gltf -o 'truth/{camera}.exr' --size 320x240 --seed 1\n",
     .operand_count = 1,

@@ -17,17 +17,22 @@
 
 static const double most = 4;
 
-/* Standard errors off; the relative standard error must be within `error`. */
-static double compare(const hpr_image *image, double expected, double error, const char *what)
+/* The relative standard error must be within `error`. */
+static void compare_channel(const hpr_image *image, size_t channel, double expected, double error,
+                            const char *what)
 {
-    traced_estimate got = traced_mean(image);
+    traced_estimate got = traced_mean_of(image, channel);
     double off = (got.mean - expected) / got.error;
     print_message("%s: %.6g +- %.2g, expected %.6g: %.2f standard errors off, bound %g; relative standard "
                   "error %.3f%%, bound %g%%\n",
                   what, got.mean, got.error, expected, off, most, 100 * got.error / expected, 100 * error);
     if (!(fabs(off) <= most && got.error <= error * expected))
         fail_msg("%s", what);
-    return off;
+}
+
+static void compare(const hpr_image *image, double expected, double error, const char *what)
+{
+    compare_channel(image, 0, expected, error, what);
 }
 
 static hpr_room cube(int threads, double reflectance, double exitance)
@@ -57,6 +62,41 @@ static void furnace_that_hardly_absorbs(void **state)
     hpr_room room = cube(2, 0.999, PI);
     hpr_image image = traced(&room, 0, (traced_setting){.side = 8, .samples = 16});
     compare(&image, 1000, 0.04, "furnace, rho 0.999");
+    hpr_image_fini(room.context, &image);
+    room_close(&room);
+}
+
+/* Each channel has its own; the path goes on by the strongest. */
+static void coloured_furnace(void **state)
+{
+    (void)state;
+    const double rho[3] = {0.2, 0.5, 0.8}, radiance[3] = {1, 3, 0.5}, corner[3] = {0};
+    const double axis[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    hpr_room room = room_open(2);
+    traced_add_cube(&room, corner, axis, rho, radiance);
+    traced_look_along_x(&room, 0.125, 0.25, 0.375);
+    hpr_image image = traced(&room, 0, (traced_setting){.side = 32, .samples = 64});
+    for (size_t c = 0; c < 3; c++)
+        compare_channel(&image, c, radiance[c] / (1 - rho[c]), 4e-3, "coloured furnace");
+    hpr_image_fini(room.context, &image);
+    room_close(&room);
+}
+
+/* No point is in its plane exactly: a path must neither stop at the wall that it leaves nor pass the next. */
+static void tilted_furnace_far_from_the_origin(void **state)
+{
+    (void)state;
+    const double rho[3] = {0.5, 0.5, 0.5}, radiance[3] = {1, 1, 1}, corner[3] = {1000.1, -2000.2, 500.3};
+    const double third = 1.0 / 3;
+    const double axis[3][3] = {
+        {2 * third, 2 * third, third}, {-2 * third, third, 2 * third}, {third, -2 * third, 2 * third}};
+    hpr_room room = room_open(2);
+    traced_add_cube(&room, corner, axis, rho, radiance);
+    traced_look_along_x(&room, corner[0] + 0.2, corner[1] + 0.2, corner[2] + 0.8);
+    hpr_image image = traced(&room, 0, (traced_setting){.side = 32, .samples = 256});
+    for (size_t i = 0; i < 1024; i++)
+        assert_true(image.coverage[i] == 1);
+    compare(&image, 2, 1e-3, "tilted furnace");
     hpr_image_fini(room.context, &image);
     room_close(&room);
 }
@@ -292,6 +332,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(furnace),
         cmocka_unit_test(furnace_that_hardly_absorbs),
+        cmocka_unit_test(coloured_furnace),
+        cmocka_unit_test(tilted_furnace_far_from_the_origin),
         cmocka_unit_test(square_lamp),
         cmocka_unit_test(triangular_lamps),
         cmocka_unit_test(a_weak_lamp_among_many),

@@ -15,10 +15,7 @@ import statistics
 import sys
 from collections import namedtuple
 
-try:
-    from exr import read
-except ImportError:  # imported as a module of a package
-    from .exr import read
+from exr import read
 
 BLOCK = 16
 # A mean over 256 float32 numbers that are equal but for their last bit.

@@ -265,23 +265,10 @@ static void dark_channels_end(void **state)
 {
     (void)state;
     const double rho[3] = {0.5, 1, 0.5}, red[3] = {1, 0, 0};
-    const double face[6][4][3] = {
-        {{0, 0, 0}, {0, 1, 0}, {0, 1, 1}, {0, 0, 1}}, {{1, 0, 0}, {1, 0, 1}, {1, 1, 1}, {1, 1, 0}},
-        {{0, 0, 0}, {0, 0, 1}, {1, 0, 1}, {1, 0, 0}}, {{0, 1, 0}, {1, 1, 0}, {1, 1, 1}, {0, 1, 1}},
-        {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{0, 0, 1}, {0, 1, 1}, {1, 1, 1}, {1, 0, 1}}};
-    static const uint32_t vertex[4] = {0, 1, 2, 3};
+    const double corner[3] = {0}, axis[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     hpr_room room = room_open(1);
     hpr_image image;
-    uint32_t material;
-    assert_int_equal(hpr_scene_add_material(room.scene, "face", rho, red, false, &material), HPR_OK);
-    for (int i = 0; i < 6; i++) {
-        const hpr_mesh mesh = {.vertex_count = 4,
-                               .position = face[i][0],
-                               .face_count = 1,
-                               .vertex = vertex,
-                               .material = material};
-        assert_int_equal(hpr_scene_add_mesh(room.scene, &mesh), HPR_OK);
-    }
+    traced_add_cube(&room, corner, axis, rho, red);
     traced_look_along_x(&room, 0.25, 0.5, 0.5);
     assert_int_equal(traced_try(&room, 0, (traced_setting){.side = 4, .samples = 16}, &image), HPR_OK);
     assert_true(image.radiance[0] > 1 && image.radiance[1] == 0);

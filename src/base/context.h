@@ -20,6 +20,7 @@ typedef enum hpr_isa { HPR_ISA_SSE2, HPR_ISA_AVX2, HPR_ISA_AVX512 } hpr_isa;
 typedef enum hpr_counter {
     HPR_COUNT_KERNEL,        /* evaluations of G */
     HPR_COUNT_RAYS,          /* visibility rays */
+    HPR_COUNT_CLIPS,         /* points for which a sender was clipped against blockers */
     HPR_COUNT_CAMERA_RAYS,   /* primary rays */
     HPR_COUNT_BLOCKS,        /* blocks integrated */
     HPR_COUNT_PAIRS_HIDDEN,  /* element pairs that cannot see each other */

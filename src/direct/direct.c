@@ -25,6 +25,7 @@ struct hpr_direct {
     sight *sights;     /* [leaf_count][emitter_count] */
     uint32_t *blocker;
     size_t blocker_count, blocker_capacity;
+    hpr_visibility *visibility;
     double size; /* of the scene */
 };
 
@@ -56,6 +57,7 @@ void hpr_direct_destroy(hpr_direct **out)
     if (!direct)
         return;
     hpr_context *ctx = direct->context;
+    hpr_visibility_destroy(&direct->visibility);
     void *arrays[] = {direct->outline, direct->emitter, direct->sights, direct->blocker};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
         hpr_release(ctx, arrays[i]);
@@ -87,16 +89,16 @@ static void leaf_facet(const hpr_direct *direct, size_t leaf, hpr_facet *facet)
 }
 
 /* Verdict and blockers of one leaf, out of the candidates of its patch. found: room for them. */
-static hpr_status look(hpr_direct *direct, const hpr_visibility *visibility, size_t leaf, size_t emitter,
-                       const uint32_t *candidates, size_t candidate_count, uint32_t *found)
+static hpr_status look(hpr_direct *direct, size_t leaf, size_t emitter, const uint32_t *candidates,
+                       size_t candidate_count, uint32_t *found)
 {
     hpr_facet own, light;
     size_t count = 0;
     sight *it = &direct->sights[leaf * direct->emitter_count + emitter];
     leaf_facet(direct, leaf, &own);
     patch_facet(direct->patches, direct->emitter[emitter], &light);
-    it->verdict = (uint8_t)hpr_visibility_classify(visibility, &own, &light, candidates, candidate_count,
-                                                   found, &count);
+    it->verdict = (uint8_t)hpr_visibility_classify(direct->visibility, &own, &light, candidates,
+                                                   candidate_count, found, &count);
     hpr_status status = hpr_grow(direct->context, &direct->blocker, &direct->blocker_capacity,
                                  direct->blocker_count + count, sizeof *direct->blocker);
     if (status != HPR_OK)
@@ -109,8 +111,8 @@ static hpr_status look(hpr_direct *direct, const hpr_visibility *visibility, siz
     return HPR_OK;
 }
 
-static hpr_status look_from_patch(hpr_direct *direct, const hpr_visibility *visibility, size_t patch,
-                                  size_t emitter, uint32_t *candidates, uint32_t *found)
+static hpr_status look_from_patch(hpr_direct *direct, size_t patch, size_t emitter, uint32_t *candidates,
+                                  uint32_t *found)
 {
     const hpr_elements *e = direct->elements;
     hpr_facet own, light;
@@ -120,13 +122,13 @@ static hpr_status look_from_patch(hpr_direct *direct, const hpr_visibility *visi
     hpr_verdict verdict =
         patch == direct->emitter[emitter]
             ? HPR_SEES_NOTHING
-            : hpr_visibility_classify(visibility, &own, &light, NULL, 0, candidates, &count);
+            : hpr_visibility_classify(direct->visibility, &own, &light, NULL, 0, candidates, &count);
     hpr_status status = HPR_OK;
     for (size_t leaf = e->patch_leaf[patch]; status == HPR_OK && leaf < e->patch_leaf[patch + 1]; leaf++) {
         if (verdict == HPR_SEES_NOTHING)
             direct->sights[leaf * direct->emitter_count + emitter] = (sight){.verdict = HPR_SEES_NOTHING};
         else
-            status = look(direct, visibility, leaf, emitter, candidates, count, found);
+            status = look(direct, leaf, emitter, candidates, count, found);
     }
     return status;
 }
@@ -135,18 +137,16 @@ static hpr_status look_everywhere(hpr_direct *direct)
 {
     hpr_context *ctx = direct->context;
     size_t patches = direct->patches->count;
-    hpr_visibility *visibility = NULL;
     uint32_t *candidates = NULL, *found = NULL;
-    hpr_status status = hpr_visibility_create(direct->patches, &visibility);
+    hpr_status status = hpr_visibility_create(direct->patches, &direct->visibility);
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &candidates, patches, sizeof *candidates, "direct light");
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &found, patches, sizeof *found, "direct light");
     for (size_t patch = 0; status == HPR_OK && patch < patches; patch++) {
         for (size_t emitter = 0; status == HPR_OK && emitter < direct->emitter_count; emitter++)
-            status = look_from_patch(direct, visibility, patch, emitter, candidates, found);
+            status = look_from_patch(direct, patch, emitter, candidates, found);
     }
-    hpr_visibility_destroy(&visibility);
     hpr_release(ctx, candidates);
     hpr_release(ctx, found);
     return status;
@@ -194,6 +194,35 @@ hpr_status hpr_direct_create(const hpr_patches *patches, const hpr_elements *ele
         hpr_direct_destroy(&direct);
     *out = direct;
     return status;
+}
+
+size_t hpr_direct_emitter_count(const hpr_direct *direct)
+{
+    return direct->emitter_count;
+}
+
+hpr_emitter hpr_direct_emitter(const hpr_direct *direct, size_t emitter)
+{
+    const hpr_patches *p = direct->patches;
+    size_t patch = direct->emitter[emitter];
+    return (hpr_emitter){.shape = (hpr_shape)p->shape[patch],
+                         .origin = hpr_vec3_load(p->origin + 3 * patch),
+                         .edge1 = hpr_vec3_load(p->edge1 + 3 * patch),
+                         .edge2 = hpr_vec3_load(p->edge2 + 3 * patch),
+                         .normal = hpr_vec3_load(p->normal + 3 * patch),
+                         .area_m2 = p->area_m2[patch],
+                         .exitance = p->exitance + p->channel_count * patch};
+}
+
+hpr_sight hpr_direct_sight(const hpr_direct *direct, size_t leaf, size_t emitter)
+{
+    const sight *it = &direct->sights[leaf * direct->emitter_count + emitter];
+    return (hpr_sight){(hpr_verdict)it->verdict, direct->blocker + it->first, it->count};
+}
+
+const hpr_visibility *hpr_direct_visibility(const hpr_direct *direct)
+{
+    return direct->visibility;
 }
 
 static hpr_vec3 leaf_point(const hpr_elements *e, size_t node, double s, double t)

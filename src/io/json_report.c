@@ -51,10 +51,15 @@ static void add_counts(cJSON *root, const hpr_solution *solution, bool *ok)
 static void add_counters(cJSON *root, const hpr_context *ctx, bool *ok)
 {
     static const char *const keys[HPR_COUNTER_COUNT] = {
-        [HPR_COUNT_KERNEL] = "kernel_evaluations",   [HPR_COUNT_RAYS] = "rays",
-        [HPR_COUNT_CAMERA_RAYS] = "camera_rays",     [HPR_COUNT_BLOCKS] = "blocks",
-        [HPR_COUNT_PAIRS_HIDDEN] = "pairs_hidden",   [HPR_COUNT_PAIRS_VISIBLE] = "pairs_visible",
-        [HPR_COUNT_PAIRS_PARTIAL] = "pairs_partial", [HPR_COUNT_SHORT] = "blocks_short",
+        [HPR_COUNT_KERNEL] = "kernel_evaluations",
+        [HPR_COUNT_RAYS] = "rays",
+        [HPR_COUNT_CLIPS] = "clips",
+        [HPR_COUNT_CAMERA_RAYS] = "camera_rays",
+        [HPR_COUNT_BLOCKS] = "blocks",
+        [HPR_COUNT_PAIRS_HIDDEN] = "pairs_hidden",
+        [HPR_COUNT_PAIRS_VISIBLE] = "pairs_visible",
+        [HPR_COUNT_PAIRS_PARTIAL] = "pairs_partial",
+        [HPR_COUNT_SHORT] = "blocks_short",
     };
     cJSON *counters = hpr_json_object(root, "counters", ok);
     for (int i = 0; i < HPR_COUNTER_COUNT; i++) {

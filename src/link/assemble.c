@@ -34,19 +34,6 @@ static void patch_facet(const hpr_patches *patches, size_t patch, hpr_facet *fac
     memcpy(facet->normal, patches->normal + 3 * patch, sizeof facet->normal);
 }
 
-static hpr_element_frame leaf_frame(const assembly *a, size_t leaf)
-{
-    const hpr_elements *e = a->elements;
-    uint32_t node = e->leaf[leaf], patch = e->patch[node];
-    return (hpr_element_frame){.shape = (hpr_shape)a->patches->shape[patch],
-                               .degree = e->degree[node],
-                               .origin = hpr_vec3_load(e->origin + 3 * (size_t)node),
-                               .edge1 = hpr_vec3_load(e->edge1 + 3 * (size_t)node),
-                               .edge2 = hpr_vec3_load(e->edge2 + 3 * (size_t)node),
-                               .normal = hpr_vec3_load(a->patches->normal + 3 * (size_t)patch),
-                               .area_m2 = e->area_m2[node]};
-}
-
 static void frame_facet(const hpr_element_frame *frame, hpr_facet *facet)
 {
     hpr_cell whole = hpr_cell_whole(frame->shape);
@@ -221,8 +208,8 @@ typedef struct worker {
 static void integrate_pair(const assembly *a, worker *w, size_t l, size_t leaf_i, size_t leaf_j)
 {
     const hpr_link *link = &a->links->link[l];
-    hpr_block_task task = {.recv = leaf_frame(a, leaf_i),
-                           .send = leaf_frame(a, leaf_j),
+    hpr_block_task task = {.recv = hpr_leaf_frame(a->patches, a->elements, leaf_i),
+                           .send = hpr_leaf_frame(a->patches, a->elements, leaf_j),
                            .tolerance = a->links->tolerance,
                            .negligible = a->links->tolerance,
                            .contact_m = a->patches->weld_m,
@@ -254,6 +241,7 @@ static void integrate_pair(const assembly *a, worker *w, size_t l, size_t leaf_i
     w->counts[HPR_COUNT_BLOCKS] += result.seen;
     w->counts[HPR_COUNT_KERNEL] += result.kernel_count;
     w->counts[HPR_COUNT_RAYS] += result.ray_count;
+    w->counts[HPR_COUNT_CLIPS] += result.clip_count;
     w->counts[HPR_COUNT_SHORT] += result.stopped_short && !task.blocker_count;
 }
 

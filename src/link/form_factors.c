@@ -13,7 +13,7 @@ typedef struct worker {
     uint32_t *blocker; /* [divider_count] */
     double *block;     /* [HPR_MAX_BASIS]^2 */
     hpr_pairs_done done;
-    uint64_t kernel_count, ray_count;
+    uint64_t kernel_count, ray_count, clip_count;
 } worker;
 
 typedef struct assembly {
@@ -117,6 +117,7 @@ static bool integrate_pair(const assembly *a, worker *w, size_t p, size_t q)
     hpr_block_result result = hpr_block_ref(a->quadrature, &task, w->block, w->scratch);
     w->kernel_count += result.kernel_count;
     w->ray_count += result.ray_count;
+    w->clip_count += result.clip_count;
     if (!result.seen)
         return false;
     w->done.pair_count++;
@@ -218,6 +219,7 @@ static void close_workers(assembly *a, hpr_pairs_done *done)
         done->short_count += w->done.short_count;
         hpr_count(a->context, HPR_COUNT_KERNEL, w->kernel_count);
         hpr_count(a->context, HPR_COUNT_RAYS, w->ray_count);
+        hpr_count(a->context, HPR_COUNT_CLIPS, w->clip_count);
         hpr_block_scratch_destroy(&w->scratch);
         hpr_release(a->context, w->blocker);
         hpr_release(a->context, w->block);

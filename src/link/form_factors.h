@@ -39,8 +39,7 @@ void hpr_form_factors_row(const hpr_form_factors *factors, size_t i, double *row
 /*
  * Kernel blocks of the given degree, block [count][count][n][n] with n that of hpr_form_blocks_size:
  *   block[((i*N + j)*n + k)*n + l] = K_ij^kl, receiver i, sender j,
- * zero where a shape has fewer functions than n. The rows must not be composite (hpr_rows_composite). Where
- * something comes between and degree > 0, visibility is sampled, and the block counts as short.
+ * zero where a shape has fewer functions than n. The rows must not be composite (hpr_rows_composite).
  * Errors: as above.
  */
 hpr_status hpr_form_blocks(const hpr_rows *rows, int degree, double tolerance, double *block,

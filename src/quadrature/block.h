@@ -27,9 +27,8 @@ typedef struct hpr_block_task {
     double negligible; /* an absolute error that does not matter either, >= 0: far pairs get fewer nodes */
     double contact_m;  /* points nearer than this count as touching, >= 0 */
     /* Patches that may come between; count 0: wholly visible, V = 1. Else V is sampled by a ray per pair of
-     * quadrature points, and the tolerance does not cover the error of that; or, with `clip`, between
-     * constants (both of degree 0) and for at most HPR_CLIP_BLOCKERS patches, the visible part is clipped
-     * exactly and the tolerance holds. */
+     * quadrature points, and the tolerance does not cover the error of that; or, with `clip` and for at most
+     * HPR_CLIP_BLOCKERS patches, the visible part is clipped exactly and the tolerance holds. */
     const hpr_visibility *visibility;
     const uint32_t *blockers;
     size_t blocker_count;
@@ -40,7 +39,7 @@ typedef struct hpr_block_result {
     bool seen;          /* false: the block is zero because neither faces the other */
     bool stopped_short; /* the tolerance was not reached */
     bool sampled;       /* visibility was sampled */
-    uint64_t kernel_count, ray_count;
+    uint64_t kernel_count, ray_count, clip_count;
 } hpr_block_result;
 
 /*

@@ -193,7 +193,7 @@ hpr_block_result hpr_block_ref(const hpr_quadrature *quadrature, const hpr_block
                               .negligible = task->negligible,
                               .contact_m = task->contact_m,
                               .least_nodes = 1};
-    bool clip = task->clip && degree == 0 && task->blocker_count <= HPR_CLIP_BLOCKERS;
+    bool clip = task->clip && task->blocker_count <= HPR_CLIP_BLOCKERS;
     if (clip && task->blocker_count)
         set_blockers(task, &pair, scratch->blocker);
     result.sampled = task->blocker_count && !clip;
@@ -209,5 +209,6 @@ hpr_block_result hpr_block_ref(const hpr_quadrature *quadrature, const hpr_block
     result.seen = outcome.seen;
     result.stopped_short = outcome.stopped_short;
     result.kernel_count += outcome.kernel_count;
+    result.clip_count = outcome.clip_count;
     return result;
 }

@@ -38,14 +38,6 @@ static void project(const hpr_element_frame *outer, hpr_vec3 point, double foot[
     foot[1] = hpr_dot(hpr_cross(outer->edge1, offset), across) / square;
 }
 
-/* The line in which the outer plane is cut by the plane through q with this normal. */
-static void cut_by_plane(const nested *n, hpr_cuts *p, hpr_vec3 q, hpr_vec3 normal)
-{
-    hpr_affine f = {hpr_dot(normal, hpr_sub(n->outer->origin, q)), hpr_dot(normal, n->outer->edge1),
-                    hpr_dot(normal, n->outer->edge2)};
-    hpr_cuts_along(p, &f);
-}
-
 /* Along the inner polygon's projected edges. */
 static void cut_by_edges(const nested *n, hpr_cuts *p)
 {
@@ -60,31 +52,6 @@ static void cut_by_edges(const nested *n, hpr_cuts *p)
             continue; /* an edge at a right angle to the plane */
         hpr_affine f = {d[1] * a[0] - d[0] * a[1], -d[1], d[0]};
         hpr_cuts_along(p, &f);
-    }
-}
-
-/*
- * Along the lines on which the view of the inner polygon past a blocker changes its kind: a corner of one
- * seen on an edge of the other (EV events, Gigus & Malik 1990). Many blockers would make too many pieces;
- * then the halving has to find them.
- */
-static void cut_by_events(const nested *n, hpr_cuts *p)
-{
-    enum { MAX_CUTTING_BLOCKERS = 2 };
-    for (int b = 0; b < n->pair->blocker_count && n->pair->blocker_count <= MAX_CUTTING_BLOCKERS; b++) {
-        const hpr_convex *polygon[2] = {&n->pair->blocker[b], &n->outline};
-        for (int which = 0; which < 2; which++) {
-            const hpr_convex *edges = polygon[which], *corners = polygon[1 - which];
-            for (int i = 0; i < edges->count; i++) {
-                hpr_vec3 from = edges->corner[i],
-                         along = hpr_sub(edges->corner[(i + 1) % edges->count], from);
-                for (int k = 0; k < corners->count; k++)
-                    cut_by_plane(n, p, from, hpr_cross(along, hpr_sub(corners->corner[k], from)));
-            }
-        }
-        cut_by_plane(n, p, n->pair->blocker[b].corner[0],
-                     hpr_cross(hpr_sub(n->pair->blocker[b].corner[1], n->pair->blocker[b].corner[0]),
-                               hpr_sub(n->pair->blocker[b].corner[2], n->pair->blocker[b].corner[0])));
     }
 }
 
@@ -233,7 +200,6 @@ bool hpr_nested_choose(const hpr_gauss_table *gauss, const hpr_pair *pair, const
     hpr_cuts cut;
     hpr_cuts_init(&cut, outer);
     cut_by_edges(&n, &cut);
-    cut_by_events(&n, &cut);
     double whole[HPR_MAX_CUTS][HPR_POLYGON_MAX], total = 0;
     hpr_cell cell[HPR_POLYGON_MAX];
     for (int p = 0; p < cut.count; p++) {

@@ -2,6 +2,18 @@
 
 #include "direct/lambert.h"
 
+hpr_element_frame hpr_leaf_frame(const hpr_patches *patches, const hpr_elements *elements, size_t leaf)
+{
+    uint32_t node = elements->leaf[leaf], patch = elements->patch[node];
+    return (hpr_element_frame){.shape = (hpr_shape)patches->shape[patch],
+                               .degree = elements->degree[node],
+                               .origin = hpr_vec3_load(elements->origin + 3 * (size_t)node),
+                               .edge1 = hpr_vec3_load(elements->edge1 + 3 * (size_t)node),
+                               .edge2 = hpr_vec3_load(elements->edge2 + 3 * (size_t)node),
+                               .normal = hpr_vec3_load(patches->normal + 3 * (size_t)patch),
+                               .area_m2 = elements->area_m2[node]};
+}
+
 void hpr_pair_init(hpr_pair *pair, const hpr_element_frame *recv, const hpr_element_frame *send)
 {
     pair->blocker = NULL;

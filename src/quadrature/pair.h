@@ -4,7 +4,7 @@
 
 #include "direct/visible.h"
 #include "math/vec3.h"
-#include "patch/patches.h"
+#include "patch/elements.h"
 
 /* One element: x(s,t) = origin + s edge1 + t edge2, front where normal = edge1 x edge2 / |.| points. */
 typedef struct hpr_element_frame {
@@ -13,6 +13,9 @@ typedef struct hpr_element_frame {
     hpr_vec3 origin, edge1, edge2, normal;
     double area_m2;
 } hpr_element_frame;
+
+/* The frame of a leaf. */
+hpr_element_frame hpr_leaf_frame(const hpr_patches *patches, const hpr_elements *elements, size_t leaf);
 
 /* A piece of an element in its parameters: (s,t) = origin + a edge1 + b edge2, (a,b) in the unit square or
  * the unit triangle. */

@@ -16,6 +16,9 @@ void hpr_rule_points(const hpr_gauss_table *gauss, const hpr_pair *pair, const h
     case HPR_RULE_NESTED:
         hpr_points_nested(gauss, pair, rule, group, sink, user);
         return;
+    case HPR_RULE_CLIPPED:
+        hpr_points_clipped(gauss, pair, rule, group, sink, user);
+        return;
     }
 }
 
@@ -33,4 +36,20 @@ double hpr_group_sum(const hpr_group *group)
         sum += a->weight[i] * row;
     }
     return group->scale * sum / 3.14159265358979323846;
+}
+
+hpr_outer_point hpr_outer_at(const hpr_gauss_table *gauss, const hpr_element_frame *outer,
+                             const hpr_cell *cell, const hpr_box *box, int nodes, int index)
+{
+    const hpr_gauss_rule *rule = &gauss->legendre[nodes];
+    int i = index % nodes, j = index / nodes;
+    double jacobian = fabs(cell->edge1[0] * cell->edge2[1] - cell->edge1[1] * cell->edge2[0]);
+    double v = box->low[1] + box->width[1] * rule->node[j];
+    double shrink = cell->shape == HPR_SHAPE_TRIANGLE ? 1 - v : 1;
+    double a = (box->low[0] + box->width[0] * rule->node[i]) * shrink;
+    hpr_outer_point point = {.s = cell->origin[0] + a * cell->edge1[0] + v * cell->edge2[0],
+                             .t = cell->origin[1] + a * cell->edge1[1] + v * cell->edge2[1]};
+    point.weight = rule->weight[i] * rule->weight[j] * box->width[0] * box->width[1] * shrink * jacobian;
+    point.position = hpr_frame_point(outer, point.s, point.t);
+    return point;
 }

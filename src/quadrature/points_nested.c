@@ -118,28 +118,8 @@ static void integrate_inner(const polar *p)
     }
 }
 
-/* Outer points of the box, weights without the height; positions in scene space of the pair. */
-typedef struct outer_point {
-    double s, t, weight;
-    hpr_vec3 x;
-} outer_point;
-
-static outer_point outer_at(const hpr_gauss_table *gauss, const hpr_element_frame *outer,
-                            const hpr_cell *cell, const hpr_box *box, int nodes, int index)
-{
-    const hpr_gauss_rule *rule = &gauss->legendre[nodes];
-    int i = index % nodes, j = index / nodes;
-    double jacobian = fabs(cell->edge1[0] * cell->edge2[1] - cell->edge1[1] * cell->edge2[0]);
-    double v = box->low[1] + box->width[1] * rule->node[j];
-    double a = (box->low[0] + box->width[0] * rule->node[i]) * (1 - v);
-    outer_point point = {.s = cell->origin[0] + a * cell->edge1[0] + v * cell->edge2[0],
-                         .t = cell->origin[1] + a * cell->edge1[1] + v * cell->edge2[1]};
-    point.weight = rule->weight[i] * rule->weight[j] * box->width[0] * box->width[1] * (1 - v) * jacobian;
-    point.x = hpr_frame_point(outer, point.s, point.t);
-    return point;
-}
-
-static void set_point(hpr_points *points, int k, const outer_point *point, hpr_vec3 position, double weight)
+static void set_point(hpr_points *points, int k, const hpr_outer_point *point, hpr_vec3 position,
+                      double weight)
 {
     points->s[k] = point->s;
     points->t[k] = point->t;
@@ -160,12 +140,12 @@ static void constant_inner(const polar *p, const hpr_element_frame *outer, const
         polygon.corner[i] = hpr_frame_point(p->inner, rule->inner.corner[i][0], rule->inner.corner[i][1]);
     p->outer_points->count = nodes * nodes;
     for (int k = 0; k < nodes * nodes; k++) {
-        outer_point point = outer_at(p->gauss, outer, cell, &rule->box, nodes, k);
-        double fraction = hpr_inner_fraction(p->pair, outer, p->inner, &polygon, point.x, &complete);
+        hpr_outer_point point = hpr_outer_at(p->gauss, outer, cell, &rule->box, nodes, k);
+        double fraction = hpr_inner_fraction(p->pair, outer, p->inner, &polygon, point.position, &complete);
         set_point(p->outer_points, k, &point, (hpr_vec3){0, 0, 0},
                   point.weight * fraction * 3.14159265358979323846 / p->jacobian);
     }
-    outer_point anywhere = {.s = 0.25, .t = 0.25};
+    hpr_outer_point anywhere = {.s = 0.25, .t = 0.25};
     p->inner_points->count = 1;
     set_point(p->inner_points, 0, &anywhere, (hpr_vec3){1, 0, 0}, 1);
     p->sink(p->user, p->group);
@@ -198,10 +178,10 @@ void hpr_points_nested(const hpr_gauss_table *gauss, const hpr_pair *pair, const
     }
     p.outer_points->count = 1;
     for (int k = 0; k < nodes * nodes; k++) {
-        outer_point point = outer_at(gauss, outer, cell, &rule->box, nodes, k);
+        hpr_outer_point point = hpr_outer_at(gauss, outer, cell, &rule->box, nodes, k);
         p.z = hpr_affine_at(outer_height, point.s, point.t);
         /* the foot relative to the inner element's origin, like the edges */
-        p.foot = hpr_madd(hpr_sub(point.x, p.inner->origin), -p.z, p.inner->normal);
+        p.foot = hpr_madd(hpr_sub(point.position, p.inner->origin), -p.z, p.inner->normal);
         set_point(p.outer_points, 0, &point, hpr_scale(p.inner->normal, p.z), point.weight * p.z);
         if (p.z > 0)
             integrate_inner(&p);

@@ -16,7 +16,8 @@ typedef enum hpr_rule_kind {
     HPR_RULE_PRODUCT, /* separate cells: product Gauss */
     HPR_RULE_VERTEX,  /* triangles sharing vertex 0 */
     HPR_RULE_EDGE,    /* triangles sharing the edge from vertex 0 to vertex 1 */
-    HPR_RULE_NESTED   /* one side point by point, the other integrated in polar coordinates around its foot */
+    HPR_RULE_NESTED,  /* one side point by point, the other integrated in polar coordinates around its foot */
+    HPR_RULE_CLIPPED  /* one side point by point, the other over what the point sees of it */
 } hpr_rule_kind;
 
 /* A box in the coordinates of a rule: [low, low + width] along each axis. */
@@ -27,13 +28,14 @@ typedef struct hpr_box {
 typedef struct hpr_rule {
     hpr_rule_kind kind;
     hpr_cell recv, send;
-    int recv_nodes[2], send_nodes[2]; /* product, nested (its outer side): nodes along each axis */
+    int recv_nodes[2],
+        send_nodes[2]; /* product; nested and clipped (their outer side): nodes along each axis */
     /* vertex, edge: one term of their sums, over a box of eta1 eta2 eta3 (vertex) or eta2 eta3 (edge) */
     int term;
     int kernel_nodes; /* along each axis of the box: there the kernel varies */
     int scale_nodes;  /* along the other axes: there only the polynomials vary */
-    hpr_box box;      /* vertex, edge; nested: u v of the outer triangle, a = u (1 - v), b = v */
-    /* nested */
+    hpr_box box;      /* vertex, edge; nested, clipped: hpr_outer_at's u, v */
+    /* nested, clipped */
     bool recv_is_outer;
     hpr_polygon inner; /* the other side's part, in its parameters */
     int inner_degree;  /* total degree of the inner polynomials; 0: the closed form is used */
@@ -76,9 +78,34 @@ void hpr_points_edge(const hpr_gauss_table *gauss, const hpr_pair *pair, const h
                      hpr_group *group, hpr_group_sink sink, void *user);
 void hpr_points_nested(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_rule *rule,
                        hpr_group *group, hpr_group_sink sink, void *user);
+void hpr_points_clipped(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_rule *rule,
+                        hpr_group *group, hpr_group_sink sink, void *user);
 /* Whichever of them the rule's kind asks for. */
 void hpr_rule_points(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_rule *rule,
                      hpr_group *group, hpr_group_sink sink, void *user);
+
+/* A point of an outer integral. */
+typedef struct hpr_outer_point {
+    double s, t;
+    double weight; /* in parameter measure */
+    hpr_vec3 position;
+} hpr_outer_point;
+
+/*
+ * Point `index` of nodes x nodes Gauss points in a box of the cell's coordinates u, v: a = u, b = v, or for a
+ * triangle collapsed, a = u (1 - v), b = v.
+ */
+hpr_outer_point hpr_outer_at(const hpr_gauss_table *gauss, const hpr_element_frame *outer,
+                             const hpr_cell *cell, const hpr_box *box, int nodes, int index);
+
+/*
+ * Nodes that resolve 1/r^4 along a segment of this length with all else at least `distance` away. Along it
+ * r^2 is a quadratic with complex roots at least distance/length (in units of the segment) from [0,1], so
+ * that the kernel is analytic inside the Bernstein ellipse of parameter rho = b + sqrt(b^2 + 1), b = 2
+ * distance/length, and n-point Gauss errs like rho^(-2n) (Trefethen 2013, thm. 19.3). The factor 64 is for
+ * the kernel's growth near the ellipse, observed.
+ */
+int hpr_kernel_nodes(double length, double distance, double tolerance);
 
 /* sum of a group with phi = 1: its part of sqrt(A_r A_s) K^00 over the parameter measures. */
 double hpr_group_sum(const hpr_group *group);
@@ -109,6 +136,7 @@ typedef struct hpr_rule_outcome {
     bool seen;             /* false: neither faces the other, the block is zero */
     bool stopped_short;    /* some rule misses the tolerance */
     uint64_t kernel_count; /* kernels that the choice itself evaluated */
+    uint64_t clip_count;   /* points for which the choice clipped the other side */
 } hpr_rule_outcome;
 
 typedef void (*hpr_rule_sink)(void *user, const hpr_rule *rule);
@@ -121,6 +149,26 @@ typedef void (*hpr_rule_sink)(void *user, const hpr_rule *rule);
  */
 bool hpr_nested_choose(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_polygon *recv,
                        const hpr_polygon *send, double tolerance, hpr_rule_sink sink, void *user);
+
+typedef struct hpr_clipped_demand {
+    double tolerance;  /* relative to the block's largest entry */
+    double negligible; /* an absolute error of the dimensionless block that does not matter either */
+} hpr_clipped_demand;
+
+typedef struct hpr_clipped_outcome {
+    bool complete;       /* false: it stopped short */
+    double error;        /* estimated, absolute, of the dimensionless block */
+    uint64_t clip_count; /* points that were clipped for */
+} hpr_clipped_outcome;
+
+/*
+ * Rules for one pair of polygons past the pair's blockers: the outer polygon is cut along the event lines,
+ * unless the tolerance is loose, and halved in boxes until the inner integral over the visible part is
+ * resolved to the demand.
+ */
+hpr_clipped_outcome hpr_clipped_choose(const hpr_gauss_table *gauss, const hpr_pair *pair,
+                                       const hpr_polygon *recv, const hpr_polygon *send,
+                                       const hpr_clipped_demand *demand, hpr_rule_sink sink, void *user);
 
 /* Total degree of an element's polynomials in its parameters. */
 int hpr_total_degree(const hpr_element_frame *frame);

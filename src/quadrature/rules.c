@@ -17,14 +17,7 @@ typedef struct chooser {
     hpr_rule_outcome outcome;
 } chooser;
 
-/*
- * Nodes that resolve 1/r^4 along a segment of this length with all else at least `distance` away. Along it
- * r^2 is a quadratic with complex roots at least distance/length (in units of the segment) from [0,1], so
- * that the kernel is analytic inside the Bernstein ellipse of parameter rho = b + sqrt(b^2 + 1), b = 2
- * distance/length, and n-point Gauss errs like rho^(-2n) (Trefethen 2013, thm. 19.3). The factor 64 is for
- * the kernel's growth near the ellipse, observed.
- */
-static int kernel_nodes(double length, double distance, double tolerance)
+int hpr_kernel_nodes(double length, double distance, double tolerance)
 {
     double b = 2 * distance / length, rho = b + sqrt(b * b + 1);
     double n = log(64 / tolerance) / (2 * log(rho));
@@ -110,7 +103,7 @@ static void separate(chooser *c, const hpr_cell *recv, const hpr_cell *send, int
     double length[4] = {ea.length[0], ea.length[1], eb.length[0], eb.length[1]};
     int nodes[4], longest = 0;
     for (int i = 0; i < 4; i++) {
-        nodes[i] = kernel_nodes(length[i], distance, c->tolerance);
+        nodes[i] = hpr_kernel_nodes(length[i], distance, c->tolerance);
         if (length[i] > length[longest])
             longest = i;
     }
@@ -316,6 +309,15 @@ static bool very_near(const chooser *c, const hpr_cell *recv, const hpr_cell *se
     return hpr_polygon_distance(a, na, b, nb) < part * smaller;
 }
 
+static void clipped(chooser *c, const hpr_contact *contact)
+{
+    const hpr_clipped_demand demand = {c->demand->tolerance, c->demand->negligible};
+    hpr_clipped_outcome outcome = hpr_clipped_choose(c->gauss, c->pair, &contact->recv_front,
+                                                     &contact->send_front, &demand, c->sink, c->user);
+    c->outcome.stopped_short |= !outcome.complete;
+    c->outcome.clip_count += outcome.clip_count;
+}
+
 static void integrate(chooser *c, const hpr_cell *recv, const hpr_cell *send)
 {
     hpr_contact contact;
@@ -324,7 +326,11 @@ static void integrate(chooser *c, const hpr_cell *recv, const hpr_cell *send)
     if (!c->outcome.seen)
         return;
     bool sampled = c->demand->least_nodes > 1, separate = contact.kind == HPR_CONTACT_SEPARATE;
-    bool nested = c->pair->blocker_count || (separate && !sampled && very_near(c, recv, send));
+    if (c->pair->blocker_count) {
+        clipped(c, &contact);
+        return;
+    }
+    bool nested = separate && !sampled && very_near(c, recv, send);
     if (nested || !emit_pieces(c, &contact))
         c->outcome.stopped_short |= !hpr_nested_choose(c->gauss, c->pair, &contact.recv_front,
                                                        &contact.send_front, c->tolerance, c->sink, c->user);
@@ -370,7 +376,7 @@ hpr_rule_outcome hpr_rules_choose(const hpr_gauss_table *gauss, const hpr_pair *
     /* Cells about as large as their distance cost least at low degree; at high degree the polynomials' own
      * nodes pay for larger ones. */
     int degree = pair->recv.degree > pair->send.degree ? pair->recv.degree : pair->send.degree;
-    c.kernel_cap = kernel_nodes(1, degree < 4 ? 1 : 0.5, c.tolerance);
+    c.kernel_cap = hpr_kernel_nodes(1, degree < 4 ? 1 : 0.5, c.tolerance);
     integrate(&c, &recv, &send);
     return c.outcome;
 }

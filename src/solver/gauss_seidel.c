@@ -14,22 +14,20 @@ typedef struct sweep {
     const hpr_elements *elements;
     hpr_context *context;
     size_t dofs;
-    double *radiosity;       /* [channels][dofs] */
+    double *reflected;       /* [channels][dofs] */
     double *fresh;           /* [channels][dofs] the newest irradiance */
     double *change2, *norm2; /* [channels][leaves] squares, summed in leaf order afterwards */
 } sweep;
 
-/* B = M + rho H on one leaf. */
-static void set_radiosity(sweep *s, size_t patch, size_t leaf)
+/* rho H on one leaf. */
+static void set_reflected(sweep *s, size_t patch, size_t leaf)
 {
     const hpr_gauss_seidel *p = s->problem;
     const hpr_elements *e = s->elements;
-    double constant = sqrt(e->area_m2[e->leaf[leaf]]); /* coefficient of the function 1 */
     for (size_t c = 0; c < p->channel_count; c++) {
         size_t pc = p->channel_count * patch + c, row = c * s->dofs;
         for (size_t i = row + e->dof[leaf]; i < row + e->dof[leaf + 1]; i++)
-            s->radiosity[i] = p->reflectance[pc] * p->irradiance[i];
-        s->radiosity[row + e->dof[leaf]] += constant * p->exitance[pc];
+            s->reflected[i] = p->reflectance[pc] * p->irradiance[i];
     }
 }
 
@@ -53,8 +51,13 @@ static void compare(sweep *s, size_t leaf, bool update)
 
 static void relax(sweep *s, size_t patch, size_t leaf, size_t leaf_end, bool update)
 {
-    hpr_links_gather(s->problem->links, patch, leaf, leaf_end, s->problem->channel_count, s->radiosity,
-                     s->fresh);
+    const hpr_gauss_seidel *p = s->problem;
+    hpr_links_gather(p->links, patch, leaf, leaf_end, p->channel_count, s->reflected, s->fresh);
+    for (size_t c = 0; c < p->channel_count; c++) {
+        size_t row = c * s->dofs;
+        for (size_t i = row + s->elements->dof[leaf]; i < row + s->elements->dof[leaf_end]; i++)
+            s->fresh[i] += p->direct[i];
+    }
     for (; leaf < leaf_end; leaf++)
         compare(s, leaf, update);
 }
@@ -90,7 +93,7 @@ static double sweep_once(sweep *s, bool update)
             relax(s, patch, first, last < high ? last : high, update);
         }
         for (size_t leaf = low; update && leaf < high; leaf++)
-            set_radiosity(s, patch, leaf);
+            set_reflected(s, patch, leaf);
     }
     return relative_change(s);
 }
@@ -137,7 +140,7 @@ hpr_status hpr_gauss_seidel_solve(hpr_gauss_seidel *problem)
     hpr_context *ctx = problem->links->context;
     size_t n = problem->channel_count, dofs = e->dof[e->leaf_count];
     sweep s = {.problem = problem, .elements = e, .context = ctx, .dofs = dofs};
-    hpr_status status = hpr_allocate_into(ctx, &s.radiosity, dofs * n, sizeof(double), "radiosity");
+    hpr_status status = hpr_allocate_into(ctx, &s.reflected, dofs * n, sizeof(double), "the solver");
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &s.change2, e->leaf_count * n, sizeof(double), "the solver");
     if (status == HPR_OK)
@@ -147,12 +150,12 @@ hpr_status hpr_gauss_seidel_solve(hpr_gauss_seidel *problem)
     if (status == HPR_OK) {
         for (size_t patch = 0; patch < e->patch_count; patch++) {
             for (size_t leaf = e->patch_leaf[patch]; leaf < e->patch_leaf[patch + 1]; leaf++)
-                set_radiosity(&s, patch, leaf);
+                set_reflected(&s, patch, leaf);
         }
         status = iterate(&s);
         problem->residual = sweep_once(&s, false);
     }
-    hpr_release(ctx, s.radiosity);
+    hpr_release(ctx, s.reflected);
     hpr_release(ctx, s.change2);
     hpr_release(ctx, s.norm2);
     hpr_release(ctx, s.fresh);

@@ -1,4 +1,4 @@
-/* Block Gauss-Seidel on H = K (M + rho H). */
+/* Block Gauss-Seidel on H = D + K rho H. */
 #ifndef HPR_SOLVER_GAUSS_SEIDEL_H
 #define HPR_SOLVER_GAUSS_SEIDEL_H
 
@@ -9,14 +9,14 @@ typedef struct hpr_gauss_seidel {
     const hpr_patches *patches;
     const hpr_links *links;
     size_t channel_count;
-    const double *exitance;    /* [patches][channel_count] */
+    const double *direct;      /* [channel_count][dofs] D, the irradiance that comes straight from emitters */
     const double *reflectance; /* [patches][channel_count] */
     double tolerance;          /* on the estimated relative error of H: the worst channel's */
     int max_sweeps;
     /* out */
     double *irradiance; /* [channel_count][dofs]; in: the start */
     int sweeps;
-    double residual; /* |K B(H) - H| / |H|, worst channel, after the last sweep, computed afresh */
+    double residual; /* |D + K rho H - H| / |H|, worst channel, after the last sweep, computed afresh */
 } hpr_gauss_seidel;
 
 /*

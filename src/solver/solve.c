@@ -1,5 +1,5 @@
 /* From a scene to a solution: patches, elements, links, the linear system, the energy balance. */
-#include "direct/direct.h"
+#include "link/direct_moments.h"
 #include "link/links.h"
 #include "patch/frame.h"
 #include "solver/energy.h"
@@ -131,30 +131,28 @@ static void take_channels(double *to, size_t to_channels, const double *from, si
         memcpy(to + i * to_channels, from + i * from_channels, to_channels * sizeof *to);
 }
 
-/* Solves as many channels as differ. */
-static hpr_status solve_system(hpr_solution *solution, const hpr_links *links,
+/* Solves as many channels as differ. direct: [channels][dofs] */
+static hpr_status solve_system(hpr_solution *solution, const hpr_links *links, const double *direct,
                                const hpr_solve_options *options)
 {
     hpr_context *ctx = solution->context;
     const hpr_patches *patches = solution->patches;
     size_t n = solution->channel_count, dofs = solution->summary.dof_count;
     size_t solved = channels_agree(patches) ? 1 : n;
-    double *exitance = NULL, *reflectance = NULL;
+    double *reflectance = NULL;
     hpr_gauss_seidel problem = {.patches = patches,
                                 .links = links,
                                 .channel_count = solved,
+                                .direct = direct,
                                 .tolerance = options->solver_tolerance,
                                 .max_sweeps = options->max_sweeps};
     hpr_status status =
-        hpr_allocate_into(ctx, &exitance, patches->count * solved, sizeof(double), "the solver");
-    if (status == HPR_OK)
-        status = hpr_allocate_into(ctx, &reflectance, patches->count * solved, sizeof(double), "the solver");
+        hpr_allocate_into(ctx, &reflectance, patches->count * solved, sizeof(double), "the solver");
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &problem.irradiance, dofs * solved, sizeof(double), "the solver");
     if (status == HPR_OK) {
-        take_channels(exitance, solved, patches->exitance, n, patches->count);
         take_channels(reflectance, solved, patches->reflectance, n, patches->count);
-        problem.exitance = exitance;
+        memcpy(problem.irradiance, direct, dofs * solved * sizeof *direct);
         problem.reflectance = reflectance;
         status = hpr_gauss_seidel_solve(&problem);
         for (size_t i = 0; i < n * dofs; i++)
@@ -163,41 +161,55 @@ static hpr_status solve_system(hpr_solution *solution, const hpr_links *links,
     solution->summary.channels_solved = solved;
     solution->summary.sweeps = problem.sweeps;
     solution->summary.residual = problem.residual;
-    hpr_release(ctx, exitance);
     hpr_release(ctx, reflectance);
     hpr_release(ctx, problem.irradiance);
     return status;
 }
 
-/* D through the blocks: what the basis carries of direct light, taken out of H so that the exact D can take
- * its place. */
-static hpr_status take_out_direct(hpr_solution *solution, const hpr_links *links)
+/* D = K M: through the blocks. */
+static hpr_status gather_direct(const hpr_solution *solution, const hpr_links *links, double *direct)
 {
     hpr_context *ctx = solution->context;
     const hpr_patches *patches = solution->patches;
     const hpr_elements *e = solution->elements;
     size_t n = solution->channel_count, dofs = solution->summary.dof_count;
-    double *emission = NULL, *direct = NULL;
+    double *emission = NULL;
     hpr_status status = hpr_allocate_into(ctx, &emission, n * dofs, sizeof(double), "direct light");
-    if (status == HPR_OK)
-        status = hpr_allocate_into(ctx, &direct, n * dofs, sizeof(double), "direct light");
-    if (status == HPR_OK) {
-        for (size_t leaf = 0; leaf < e->leaf_count; leaf++) {
-            size_t node = e->leaf[leaf];
-            for (size_t c = 0; c < n; c++)
-                emission[c * dofs + e->dof[leaf]] =
-                    sqrt(e->area_m2[node]) * patches->exitance[n * e->patch[node] + c];
-        }
-#pragma omp parallel for schedule(dynamic, 1) num_threads(hpr_context_threads(ctx))
-        for (size_t patch = 0; patch < patches->count; patch++)
-            hpr_links_gather(links, patch, e->patch_leaf[patch], e->patch_leaf[patch + 1], n, emission,
-                             direct);
-        for (size_t i = 0; i < n * dofs; i++)
-            solution->irradiance[i] -= direct[i % n * dofs + i / n];
+    if (status != HPR_OK)
+        return status;
+    for (size_t leaf = 0; leaf < e->leaf_count; leaf++) {
+        size_t node = e->leaf[leaf];
+        for (size_t c = 0; c < n; c++)
+            emission[c * dofs + e->dof[leaf]] =
+                sqrt(e->area_m2[node]) * patches->exitance[n * e->patch[node] + c];
     }
+#pragma omp parallel for schedule(dynamic, 1) num_threads(hpr_context_threads(ctx))
+    for (size_t patch = 0; patch < patches->count; patch++)
+        hpr_links_gather(links, patch, e->patch_leaf[patch], e->patch_leaf[patch + 1], n, emission, direct);
     hpr_release(ctx, emission);
-    hpr_release(ctx, direct);
+    return HPR_OK;
+}
+
+/* The moments of D by clipping: where D jumps the quadrature is cut, so that what the elements cannot show of
+ * D is orthogonal to what they send. */
+static hpr_status project_direct(hpr_solution *solution, double *direct)
+{
+    static const double tolerance = 1e-5;
+    hpr_direct *emitters = NULL;
+    size_t short_count = 0;
+    hpr_status status = hpr_direct_create(solution->patches, solution->elements, &emitters);
+    if (status == HPR_OK)
+        status = hpr_direct_moments(emitters, solution->patches, solution->elements, tolerance, direct,
+                                    &short_count);
+    hpr_direct_destroy(&emitters);
     return status;
+}
+
+static hpr_status find_direct(hpr_solution *solution, const hpr_links *links, double *direct)
+{
+    if (solution->summary.direct == HPR_DIRECT_EXACT)
+        return project_direct(solution, direct);
+    return gather_direct(solution, links, direct);
 }
 
 static void summarise_links(hpr_solution *solution, const hpr_links *links)
@@ -213,28 +225,47 @@ static void summarise_links(hpr_solution *solution, const hpr_links *links)
                  links->short_count, links->tolerance);
 }
 
+/* H without its direct part, which is evaluated where it is wanted. */
+static void take_out(hpr_solution *solution, const double *direct)
+{
+    size_t n = solution->channel_count, dofs = solution->summary.dof_count;
+    for (size_t i = 0; i < n * dofs; i++)
+        solution->irradiance[i] -= direct[i % n * dofs + i / n];
+}
+
 /* Stages in order; each fills its part of the solution. The energy terms need the whole H. */
 static hpr_status transport(hpr_solution *solution, const hpr_solve_options *options)
 {
     hpr_context *ctx = solution->context;
     hpr_links *links = NULL;
+    double *direct = NULL; /* [channels][dofs] */
     hpr_stage_begin(ctx, "assembly");
     hpr_status status =
         hpr_links_assemble(solution->patches, solution->elements, options->block_tolerance, &links);
     hpr_stage_end(ctx);
-    if (status != HPR_OK)
-        return status;
-    summarise_links(solution, links);
-    hpr_stage_begin(ctx, "solver");
-    status = solve_system(solution, links, options);
-    hpr_stage_end(ctx);
+    if (status == HPR_OK) {
+        summarise_links(solution, links);
+        status = hpr_allocate_into(ctx, &direct, solution->channel_count * solution->summary.dof_count,
+                                   sizeof *direct, "direct light");
+    }
+    if (status == HPR_OK) {
+        hpr_stage_begin(ctx, "direct light");
+        status = find_direct(solution, links, direct);
+        hpr_stage_end(ctx);
+    }
+    if (status == HPR_OK) {
+        hpr_stage_begin(ctx, "solver");
+        status = solve_system(solution, links, direct, options);
+        hpr_stage_end(ctx);
+    }
     if (status == HPR_OK) {
         hpr_stage_begin(ctx, "energy");
         status = hpr_energy_compute(solution);
         hpr_stage_end(ctx);
     }
     if (status == HPR_OK && solution->summary.direct == HPR_DIRECT_EXACT)
-        status = take_out_direct(solution, links);
+        take_out(solution, direct);
+    hpr_release(ctx, direct);
     hpr_links_destroy(&links);
     return status;
 }

@@ -176,10 +176,11 @@ def check_refusals(hprad, folder):
 
 
 def check_short(hprad, folder):
-    """Kernel blocks past a blocker are sampled: less than the tolerance, written all the same."""
-    plates = [CUBE[0], CUBE[1], [.25, .25, .5, .75, .25, .5, .75, .75, .5, .25, .75, .5]]
+    """Past more than 64 blockers visibility is sampled: less than the tolerance, written all the same."""
+    tiles = [[x / 9, y / 9, .5, x / 9 + .05, y / 9, .5, x / 9 + .05, y / 9 + .05, .5, x / 9, y / 9 + .05, .5]
+             for x in range(9) for y in range(9)]
     with open(os.path.join(folder, "short.vs3"), "w", encoding="ascii") as file:
-        file.write(vs3(plates, kinds={2: "O"}))
+        file.write(vs3(CUBE[:2] + tiles, kinds={2 + i: "O" for i in range(len(tiles))}))
     check("short of the tolerance", problems(hprad("formfactors", "short.vs3", "--order", "1", "--quiet"), 4,
                                              ["1 of 1 pairs", "is written"], ""))
     check("written all the same", read_npy(os.path.join(folder, "short.npy"))[0] == (2, 2, 4, 4))

@@ -1,0 +1,99 @@
+#include "link/direct_moments.h"
+
+#include "quadrature/block.h"
+
+#include <omp.h>
+
+typedef struct worker {
+    hpr_block_scratch *scratch;
+    uint64_t counts[HPR_COUNTER_COUNT];
+} worker;
+
+typedef struct projection {
+    const hpr_direct *direct;
+    const hpr_patches *patches;
+    const hpr_elements *elements;
+    hpr_quadrature *quadrature;
+    double tolerance;
+    double *moment;
+} projection;
+
+static hpr_element_frame emitter_frame(const hpr_emitter *emitter)
+{
+    return (hpr_element_frame){.shape = emitter->shape,
+                               .origin = emitter->origin,
+                               .edge1 = emitter->edge1,
+                               .edge2 = emitter->edge2,
+                               .normal = emitter->normal,
+                               .area_m2 = emitter->area_m2};
+}
+
+static void add_emitter(const projection *p, worker *w, size_t leaf, size_t k)
+{
+    static const double unblocked = 1e-12;
+    hpr_sight sight = hpr_direct_sight(p->direct, leaf, k);
+    if (sight.verdict == HPR_SEES_NOTHING)
+        return;
+    hpr_emitter emitter = hpr_direct_emitter(p->direct, k);
+    hpr_block_task task = {.recv = hpr_leaf_frame(p->patches, p->elements, leaf),
+                           .send = emitter_frame(&emitter),
+                           .tolerance = sight.blocker_count ? p->tolerance : unblocked,
+                           .negligible = sight.blocker_count ? p->tolerance : unblocked,
+                           .contact_m = p->patches->weld_m,
+                           .visibility = hpr_direct_visibility(p->direct),
+                           .blockers = sight.blockers,
+                           .blocker_count = sight.blocker_count,
+                           .clip = true};
+    double column[HPR_MAX_BASIS];
+    hpr_block_result result = hpr_block_ref(p->quadrature, &task, column, w->scratch);
+    const hpr_elements *e = p->elements;
+    size_t first = e->dof[leaf], dofs = e->dof[e->leaf_count];
+    for (size_t c = 0; c < p->patches->channel_count; c++) {
+        double sent = sqrt(emitter.area_m2) * emitter.exitance[c];
+        for (size_t i = first; i < e->dof[leaf + 1]; i++)
+            p->moment[c * dofs + i] += sent * column[i - first];
+    }
+    w->counts[HPR_COUNT_BLOCKS] += result.seen;
+    w->counts[HPR_COUNT_KERNEL] += result.kernel_count;
+    w->counts[HPR_COUNT_RAYS] += result.ray_count;
+    w->counts[HPR_COUNT_CLIPS] += result.clip_count;
+    w->counts[HPR_COUNT_SHORT] += result.stopped_short || result.sampled;
+}
+
+static void project_all(const projection *p, worker *workers, hpr_context *ctx)
+{
+#pragma omp parallel for schedule(dynamic, 1) num_threads(hpr_context_threads(ctx))
+    for (size_t leaf = 0; leaf < p->elements->leaf_count; leaf++) {
+        for (size_t k = 0; k < hpr_direct_emitter_count(p->direct) && !hpr_cancelled(ctx); k++)
+            add_emitter(p, &workers[omp_get_thread_num()], leaf, k);
+    }
+}
+
+hpr_status hpr_direct_moments(const hpr_direct *direct, const hpr_patches *patches,
+                              const hpr_elements *elements, double tolerance, double *moment,
+                              size_t *short_count)
+{
+    hpr_context *ctx = patches->context;
+    int threads = hpr_context_threads(ctx);
+    worker *workers = NULL;
+    projection p = {
+        .direct = direct, .patches = patches, .elements = elements, .tolerance = tolerance, .moment = moment};
+    hpr_status status = hpr_quadrature_create(ctx, &p.quadrature);
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &workers, (size_t)threads, sizeof *workers, "direct light");
+    for (int t = 0; status == HPR_OK && t < threads; t++)
+        status = hpr_block_scratch_create(ctx, &workers[t].scratch);
+    if (status == HPR_OK)
+        project_all(&p, workers, ctx);
+    for (int t = 0; workers && t < threads; t++) {
+        for (int c = 0; c < HPR_COUNTER_COUNT; c++)
+            hpr_count(ctx, (hpr_counter)c, workers[t].counts[c]);
+        *short_count += workers[t].counts[HPR_COUNT_SHORT];
+        hpr_block_scratch_destroy(&workers[t].scratch);
+    }
+    hpr_release(ctx, workers);
+    hpr_quadrature_destroy(&p.quadrature);
+    if (status == HPR_OK && hpr_cancelled(ctx))
+        status = hpr_fail(ctx, HPR_ERR_INTERRUPTED, "interrupted while direct light was projected");
+    return status;
+}

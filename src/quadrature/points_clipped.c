@@ -1,0 +1,163 @@
+/*
+ * The clipped rule's points: for each outer point the visible pieces of the inner polygon, each as a fan of
+ * triangles with Gauss points in collapsed coordinates; triangles that are large for their distance are
+ * bisected. Constants take Lambert's formula instead.
+ */
+#include "quadrature/rule.h"
+
+enum { MAX_HALVINGS = 16, CAP = 8 };
+
+typedef struct fan {
+    const hpr_gauss_table *gauss;
+    const hpr_element_frame *inner;
+    hpr_vec3 outer_normal, x; /* x: the outer point, to which positions are relative */
+    hpr_vec3 dual1, dual2;    /* s = dual1 . (y - origin), t = dual2 . (y - origin) */
+    double jacobian, tolerance;
+    int degree;
+    hpr_group *group;
+    hpr_points *points;
+    hpr_group_sink sink;
+    void *user;
+} fan;
+
+static void flush(fan *f)
+{
+    if (f->points->count)
+        f->sink(f->user, f->group);
+    f->points->count = 0;
+}
+
+static void add_point(const fan *f, hpr_vec3 y, double weight)
+{
+    hpr_points *points = f->points;
+    hpr_vec3 offset = hpr_sub(hpr_add(y, f->x), f->inner->origin);
+    int k = points->count++;
+    points->s[k] = hpr_dot(f->dual1, offset);
+    points->t[k] = hpr_dot(f->dual2, offset);
+    points->x[k] = y.x;
+    points->y[k] = y.y;
+    points->z[k] = y.z;
+    points->weight[k] = weight * fmax(hpr_dot(f->outer_normal, y), 0);
+}
+
+static void add_gauss(fan *f, const hpr_vec3 corner[3], double area, int nodes)
+{
+    const hpr_gauss_rule *along = &f->gauss->legendre[nodes], *across = &f->gauss->jacobi[nodes];
+    hpr_vec3 e1 = hpr_sub(corner[1], corner[0]), e2 = hpr_sub(corner[2], corner[0]);
+    if (f->points->count + nodes * nodes > HPR_POINTS_MAX)
+        flush(f);
+    for (int j = 0; j < nodes; j++) {
+        double v = across->node[j];
+        for (int i = 0; i < nodes; i++) {
+            double u = along->node[i] * (1 - v);
+            add_point(f, hpr_madd(hpr_madd(corner[0], u, e1), v, e2),
+                      2 * area / f->jacobian * along->weight[i] * across->weight[j]);
+        }
+    }
+}
+
+static void add_triangle(fan *f, const hpr_vec3 corner[3], int depth)
+{
+    hpr_vec3 normal = hpr_cross(hpr_sub(corner[1], corner[0]), hpr_sub(corner[2], corner[0]));
+    double area = hpr_length(normal) / 2;
+    if (!(area > 0))
+        return;
+    const hpr_vec3 origin = {0, 0, 0};
+    double distance = hpr_polygon_distance(corner, 3, &origin, 1), length = 0;
+    int longest = 0;
+    for (int i = 0; i < 3; i++) {
+        double side = hpr_length(hpr_sub(corner[(i + 1) % 3], corner[i]));
+        if (side > length) {
+            length = side;
+            longest = i;
+        }
+    }
+    int nodes = hpr_kernel_nodes(length, distance, f->tolerance);
+    if (nodes > CAP && depth < MAX_HALVINGS) {
+        hpr_vec3 a = corner[longest], b = corner[(longest + 1) % 3], c = corner[(longest + 2) % 3];
+        hpr_vec3 middle = hpr_scale(hpr_add(a, b), 0.5);
+        add_triangle(f, (const hpr_vec3[3]){middle, c, a}, depth + 1);
+        add_triangle(f, (const hpr_vec3[3]){middle, b, c}, depth + 1);
+        return;
+    }
+    nodes = nodes < CAP ? nodes : CAP;
+    add_gauss(f, corner, area, nodes + (f->degree + 1) / 2);
+}
+
+static void polynomial_inner(fan *f, const hpr_pair *pair, const hpr_convex *outline)
+{
+    hpr_visible visible;
+    hpr_visible_part(f->x, outline, f->inner->normal, pair->blocker, NULL, pair->blocker_count, &visible);
+    f->points->count = 0;
+    for (int p = 0; p < visible.count; p++) {
+        const hpr_convex *piece = &visible.piece[p];
+        for (int k = 1; k + 1 < piece->count; k++)
+            add_triangle(f, (const hpr_vec3[3]){piece->corner[0], piece->corner[k], piece->corner[k + 1]}, 0);
+    }
+    flush(f);
+}
+
+static void set_one(hpr_points *points, const hpr_outer_point *x, double weight)
+{
+    points->count = 1;
+    points->s[0] = x->s;
+    points->t[0] = x->t;
+    points->x[0] = points->y[0] = points->z[0] = 0;
+    points->weight[0] = weight;
+}
+
+/* Lambert's formula stands in the weight, next to one inner point at distance 1. */
+static void constant_inner(fan *f, const hpr_pair *pair, const hpr_element_frame *outer,
+                           const hpr_convex *outline, const hpr_outer_point *x, hpr_points *outer_points)
+{
+    bool complete = true; /* the choice of rules has seen to it */
+    double fraction = hpr_inner_fraction(pair, outer, f->inner, outline, x->position, &complete);
+    hpr_outer_point anywhere = {.s = 0.25, .t = 0.25};
+    set_one(outer_points, x, x->weight * fraction * 3.14159265358979323846 / f->jacobian);
+    set_one(f->points, &anywhere, 1);
+    f->points->x[0] = 1;
+    f->sink(f->user, f->group);
+}
+
+void hpr_points_clipped(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_rule *rule,
+                        hpr_group *group, hpr_group_sink sink, void *user)
+{
+    bool recv_is_outer = rule->recv_is_outer;
+    const hpr_element_frame *outer = recv_is_outer ? &pair->recv : &pair->send;
+    const hpr_element_frame *inner = recv_is_outer ? &pair->send : &pair->recv;
+    const hpr_affine *height = recv_is_outer ? &pair->recv_height : &pair->send_height;
+    const hpr_cell *cell = recv_is_outer ? &rule->recv : &rule->send;
+    int nodes = recv_is_outer ? rule->recv_nodes[0] : rule->send_nodes[0];
+    hpr_points *outer_points = recv_is_outer ? &group->recv : &group->send;
+    hpr_vec3 across = hpr_cross(inner->edge1, inner->edge2);
+    double square = hpr_dot(across, across);
+    fan f = {.gauss = gauss,
+             .inner = inner,
+             .outer_normal = outer->normal,
+             .dual1 = hpr_scale(hpr_cross(inner->edge2, across), 1 / square),
+             .dual2 = hpr_scale(hpr_cross(across, inner->edge1), 1 / square),
+             .jacobian = inner->area_m2 * (inner->shape == HPR_SHAPE_PARALLELOGRAM ? 1 : 2),
+             .tolerance = rule->tolerance,
+             .degree = rule->inner_degree,
+             .group = group,
+             .points = recv_is_outer ? &group->send : &group->recv,
+             .sink = sink,
+             .user = user};
+    hpr_convex outline = {.count = rule->inner.count};
+    for (int i = 0; i < outline.count; i++)
+        outline.corner[i] = hpr_frame_point(inner, rule->inner.corner[i][0], rule->inner.corner[i][1]);
+    group->scale = 1;
+    for (int k = 0; k < nodes * nodes; k++) {
+        hpr_outer_point x = hpr_outer_at(gauss, outer, cell, &rule->box, nodes, k);
+        double z = hpr_affine_at(height, x.s, x.t);
+        if (!(z > 0))
+            continue;
+        f.x = x.position;
+        if (rule->inner_degree == 0) {
+            constant_inner(&f, pair, outer, &outline, &x, outer_points);
+        } else {
+            set_one(outer_points, &x, x.weight * z);
+            polynomial_inner(&f, pair, &outline);
+        }
+    }
+}

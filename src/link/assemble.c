@@ -9,7 +9,7 @@
 #include <unistd.h>
 
 /* Above this many patches the blockers of a pair are not worked out (that is cubic); every pair that faces
- * each other then counts as partly visible, with all patches as blockers. */
+ * each other then counts as partly visible, with all occluders as blockers. */
 enum { MAX_CLASSIFIED_PATCHES = 512 };
 
 typedef struct assembly {
@@ -20,8 +20,9 @@ typedef struct assembly {
     hpr_quadrature *quadrature;
     hpr_links *links;
     bool classify;
-    uint8_t *verdict;      /* [patches][patches] hpr_verdict, upper triangle */
-    uint32_t *everyone;    /* [patch_count] 0, 1, 2 ... : the blockers where nothing is classified */
+    uint8_t *verdict; /* [patches][patches] hpr_verdict, upper triangle */
+    size_t occluder_count;
+    uint32_t *everyone;    /* [occluder_count] 0, 1, 2 ... : the blockers where nothing is classified */
     size_t *blocker_first; /* [link_count + 1] into blocker */
     uint32_t *blocker;     /* candidates of the partly visible links */
     size_t blocker_capacity;
@@ -176,7 +177,7 @@ static hpr_status list_blockers(assembly *a)
     hpr_status status = hpr_allocate_into(a->context, &a->blocker_first, links->count + 1,
                                           sizeof *a->blocker_first, "blockers");
     if (status == HPR_OK)
-        status = hpr_allocate_into(a->context, &found, n, sizeof *found, "blockers");
+        status = hpr_allocate_into(a->context, &found, a->occluder_count, sizeof *found, "blockers");
     for (size_t l = 0; status == HPR_OK && a->classify && l < links->count; l++) {
         const hpr_link *link = &links->link[l];
         size_t count = 0;
@@ -200,7 +201,7 @@ static hpr_status list_blockers(assembly *a)
 /* Working memory of one thread, and what it counted. */
 typedef struct worker {
     hpr_block_scratch *scratch;
-    uint32_t *blocker; /* [patch_count] */
+    uint32_t *blocker; /* [occluder_count] */
     double *block;     /* [HPR_MAX_BASIS]^2 */
     uint64_t counts[HPR_COUNTER_COUNT];
 } worker;
@@ -221,12 +222,15 @@ static void integrate_pair(const assembly *a, worker *w, size_t l, size_t leaf_i
             frame_facet(&task.send, &send);
             const uint32_t *candidates = a->blocker + a->blocker_first[l];
             size_t candidate_count = a->blocker_first[l + 1] - a->blocker_first[l];
-            hpr_visibility_classify(a->visibility, &recv, &send, candidates, candidate_count, w->blocker,
-                                    &task.blocker_count);
+            if (hpr_visibility_classify(a->visibility, &recv, &send, candidates, candidate_count, w->blocker,
+                                        &task.blocker_count) == HPR_SEES_NOTHING) {
+                w->counts[HPR_COUNT_PAIRS_HIDDEN]++; /* its block stays zero */
+                return;
+            }
             task.blockers = w->blocker;
         } else {
             task.blockers = a->everyone;
-            task.blocker_count = a->patches->count;
+            task.blocker_count = a->occluder_count;
         }
     }
     hpr_block_result result = hpr_block_ref(a->quadrature, &task, w->block, w->scratch);
@@ -289,7 +293,7 @@ static hpr_status integrate(assembly *a)
     for (int t = 0; status == HPR_OK && t < threads; t++) {
         status = hpr_block_scratch_create(a->context, &workers[t].scratch);
         if (status == HPR_OK)
-            status = hpr_allocate_into(a->context, &workers[t].blocker, a->patches->count, sizeof(uint32_t),
+            status = hpr_allocate_into(a->context, &workers[t].blocker, a->occluder_count, sizeof(uint32_t),
                                        "blockers");
         if (status == HPR_OK)
             status = hpr_allocate_into(a->context, &workers[t].block, (size_t)HPR_MAX_BASIS * HPR_MAX_BASIS,
@@ -325,11 +329,13 @@ hpr_status hpr_links_assemble(const hpr_patches *patches, const hpr_elements *el
         return status;
     a.links->context = ctx;
     a.links->elements = elements;
-    status = hpr_allocate_into(ctx, &a.everyone, patches->count, sizeof *a.everyone, "blockers");
-    for (size_t i = 0; status == HPR_OK && i < patches->count; i++)
+    status = hpr_visibility_create(patches, &a.visibility);
+    if (status == HPR_OK) {
+        a.occluder_count = hpr_visibility_occluder_count(a.visibility);
+        status = hpr_allocate_into(ctx, &a.everyone, a.occluder_count, sizeof *a.everyone, "blockers");
+    }
+    for (size_t i = 0; status == HPR_OK && i < a.occluder_count; i++)
         a.everyone[i] = (uint32_t)i;
-    if (status == HPR_OK)
-        status = hpr_visibility_create(patches, &a.visibility);
     if (status == HPR_OK)
         status = hpr_quadrature_create(ctx, &a.quadrature);
     if (status == HPR_OK)

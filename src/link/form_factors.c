@@ -23,7 +23,7 @@ typedef struct assembly {
     int degree;
     hpr_visibility *visibility;
     hpr_quadrature *quadrature;
-    uint32_t *divider; /* patches that can come between some pair at all, rising */
+    uint32_t *divider; /* occluders that can come between some pair at all, rising */
     size_t divider_count;
     worker *workers;
     double *result;    /* packed A F, or blocks */
@@ -55,12 +55,17 @@ static hpr_element_frame frame_of(const assembly *a, size_t p)
                                .area_m2 = patches->area_m2[p]};
 }
 
-/* Has the patch's plane corners of others on both sides? In a convex room that is so for none of them, and no
- * pair needs to look for blockers. The slack is below that of hpr_visibility_classify, which judges finally.
+/* Has the occluder's plane corners of patches on both sides? In a convex room that is so for none of them,
+ * and no pair needs to look for blockers. The slack is below that of hpr_visibility_classify, which judges
+ * finally.
  */
-static bool divides(const hpr_patches *patches, size_t p, double slack)
+static bool divides(const hpr_patches *patches, const hpr_convex *occluder, double slack)
 {
-    hpr_vec3 origin = hpr_vec3_load(patches->origin + 3 * p), normal = hpr_vec3_load(patches->normal + 3 * p);
+    hpr_vec3 origin = occluder->corner[0], normal = {0, 0, 0};
+    for (int k = 1; k + 1 < occluder->count; k++)
+        normal = hpr_add(normal, hpr_cross(hpr_sub(occluder->corner[k], origin),
+                                           hpr_sub(occluder->corner[k + 1], origin)));
+    slack *= hpr_length(normal);
     bool above = false, below = false;
     for (size_t q = 0; q < patches->count && !(above && below); q++) {
         double corner[4][3];
@@ -77,7 +82,8 @@ static bool divides(const hpr_patches *patches, size_t p, double slack)
 static hpr_status find_dividers(assembly *a)
 {
     const hpr_patches *patches = a->rows->patches;
-    size_t n = patches->count;
+    const hpr_convex *occluder = hpr_visibility_outlines(a->visibility);
+    size_t n = hpr_visibility_occluder_count(a->visibility);
     double centre[3], slack = 1e-13 * hpr_patches_radius(patches, centre);
     bool *found = NULL;
     hpr_status status = hpr_allocate_into(a->context, &a->divider, n, sizeof *a->divider, "blockers");
@@ -86,11 +92,11 @@ static hpr_status find_dividers(assembly *a)
     if (status != HPR_OK)
         return status;
 #pragma omp parallel for schedule(dynamic, 16) num_threads(hpr_context_threads(a->context))
-    for (size_t p = 0; p < n; p++)
-        found[p] = has_area(patches, p) && divides(patches, p, slack);
-    for (size_t p = 0; p < n; p++) {
-        if (found[p])
-            a->divider[a->divider_count++] = (uint32_t)p;
+    for (size_t i = 0; i < n; i++)
+        found[i] = divides(patches, &occluder[i], slack);
+    for (size_t i = 0; i < n; i++) {
+        if (found[i])
+            a->divider[a->divider_count++] = (uint32_t)i;
     }
     hpr_release(a->context, found);
     return HPR_OK;

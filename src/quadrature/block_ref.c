@@ -160,12 +160,12 @@ static double area_factor(const hpr_element_frame *frame)
 /* The blockers as polygons, moved like the pair. */
 static void set_blockers(const hpr_block_task *task, hpr_pair *pair, hpr_convex *blocker)
 {
-    const hpr_patches *patches = hpr_visibility_patches(task->visibility);
+    const hpr_convex *outline = hpr_visibility_outlines(task->visibility);
     for (size_t i = 0; i < task->blocker_count; i++) {
-        double corner[4][3];
-        blocker[i].count = (int)hpr_patch_corners(patches, task->blockers[i], corner);
-        for (int k = 0; k < blocker[i].count; k++)
-            blocker[i].corner[k] = hpr_sub(hpr_vec3_load(corner[k]), task->recv.origin);
+        const hpr_convex *whole = &outline[task->blockers[i]];
+        blocker[i].count = whole->count;
+        for (int k = 0; k < whole->count; k++)
+            blocker[i].corner[k] = hpr_sub(whole->corner[k], task->recv.origin);
     }
     pair->blocker = blocker;
     pair->blocker_count = (int)task->blocker_count;

@@ -63,3 +63,13 @@ int hpr_cuts_fan(const hpr_polygon *piece, hpr_cell *cells)
         cells[i] = hpr_cell_triangle(piece->corner[i], piece->corner[(i + 1) % piece->count], middle);
     return piece->count;
 }
+
+int hpr_cuts_cells(hpr_shape shape, const hpr_polygon *piece, hpr_cell *cells)
+{
+    static const double rounding = 1e-14;
+    if (shape == HPR_SHAPE_PARALLELOGRAM && fabs(hpr_polygon_area(piece) - 1) < rounding) {
+        cells[0] = hpr_cell_whole(HPR_SHAPE_PARALLELOGRAM);
+        return 1;
+    }
+    return hpr_cuts_fan(piece, cells);
+}

@@ -23,4 +23,7 @@ void hpr_cuts_along(hpr_cuts *pieces, const hpr_affine *f);
 /* Triangles from a piece's sides (edge 1) to its centroid; returns their number. cells: [HPR_POLYGON_MAX] */
 int hpr_cuts_fan(const hpr_polygon *piece, hpr_cell *cells);
 
+/* The same, but a polygon that is a whole parallelogram element stays one cell. */
+int hpr_cuts_cells(hpr_shape shape, const hpr_polygon *piece, hpr_cell *cells);
+
 #endif

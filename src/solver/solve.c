@@ -132,8 +132,8 @@ static void take_channels(double *to, size_t to_channels, const double *from, si
 }
 
 /* Solves as many channels as differ. direct: [channels][dofs] */
-static hpr_status solve_system(hpr_solution *solution, const hpr_links *links, const double *direct,
-                               const hpr_solve_options *options)
+static hpr_status solve_system(hpr_solution *solution, const hpr_links *links, const hpr_coverage *coverage,
+                               const double *direct, const hpr_solve_options *options)
 {
     hpr_context *ctx = solution->context;
     const hpr_patches *patches = solution->patches;
@@ -143,6 +143,7 @@ static hpr_status solve_system(hpr_solution *solution, const hpr_links *links, c
     hpr_gauss_seidel problem = {.patches = patches,
                                 .links = links,
                                 .channel_count = solved,
+                                .coverage = coverage,
                                 .direct = direct,
                                 .tolerance = options->solver_tolerance,
                                 .max_sweeps = options->max_sweeps};
@@ -225,10 +226,15 @@ static void summarise_links(hpr_solution *solution, const hpr_links *links)
                  links->short_count, links->tolerance);
 }
 
-/* H without its direct part, which is evaluated where it is wanted. */
-static void take_out(hpr_solution *solution, const double *direct)
+/* H without its direct part, which is evaluated where it is wanted. Destroys `direct`. */
+static void take_out(hpr_solution *solution, const hpr_coverage *coverage, double *direct)
 {
+    const hpr_elements *e = solution->elements;
     size_t n = solution->channel_count, dofs = solution->summary.dof_count;
+    for (size_t leaf = 0; leaf < e->leaf_count; leaf++) {
+        for (size_t c = 0; c < n; c++)
+            hpr_coverage_project(coverage, leaf, direct + c * dofs + e->dof[leaf]);
+    }
     for (size_t i = 0; i < n * dofs; i++)
         solution->irradiance[i] -= direct[i % n * dofs + i / n];
 }
@@ -238,6 +244,7 @@ static hpr_status transport(hpr_solution *solution, const hpr_solve_options *opt
 {
     hpr_context *ctx = solution->context;
     hpr_links *links = NULL;
+    hpr_coverage *coverage = NULL;
     double *direct = NULL; /* [channels][dofs] */
     hpr_stage_begin(ctx, "assembly");
     hpr_status status =
@@ -248,6 +255,8 @@ static hpr_status transport(hpr_solution *solution, const hpr_solve_options *opt
         status = hpr_allocate_into(ctx, &direct, solution->channel_count * solution->summary.dof_count,
                                    sizeof *direct, "direct light");
     }
+    if (status == HPR_OK)
+        status = hpr_coverage_create(solution->patches, solution->elements, &coverage);
     if (status == HPR_OK) {
         hpr_stage_begin(ctx, "direct light");
         status = find_direct(solution, links, direct);
@@ -255,17 +264,18 @@ static hpr_status transport(hpr_solution *solution, const hpr_solve_options *opt
     }
     if (status == HPR_OK) {
         hpr_stage_begin(ctx, "solver");
-        status = solve_system(solution, links, direct, options);
+        status = solve_system(solution, links, coverage, direct, options);
         hpr_stage_end(ctx);
     }
     if (status == HPR_OK) {
         hpr_stage_begin(ctx, "energy");
-        status = hpr_energy_compute(solution);
+        status = hpr_energy_compute(solution, coverage);
         hpr_stage_end(ctx);
     }
     if (status == HPR_OK && solution->summary.direct == HPR_DIRECT_EXACT)
-        take_out(solution, direct);
+        take_out(solution, coverage, direct);
     hpr_release(ctx, direct);
+    hpr_coverage_destroy(&coverage);
     hpr_links_destroy(&links);
     return status;
 }

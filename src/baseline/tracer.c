@@ -46,18 +46,12 @@ hpr_status hpr_tracer_init(const hpr_patches *patches, const double *environment
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &tracer->lit, n, sizeof(double), "path tracing");
     if (status == HPR_OK)
-        status = hpr_allocate_into(ctx, &tracer->blockers, patches->count, sizeof(uint32_t), "path tracing");
-    if (status == HPR_OK)
         status = hpr_lights_init(patches, &tracer->lights);
     if (status == HPR_OK)
         status = hpr_visibility_create(patches, &tracer->visibility);
     if (status != HPR_OK)
         return status;
     set_light(tracer, environment);
-    for (size_t i = 0; i < patches->count; i++) {
-        if (patches->twin[i] == HPR_NONE || patches->side[i] == 0)
-            tracer->blockers[tracer->blocker_count++] = (uint32_t)i;
-    }
     return HPR_OK;
 }
 
@@ -69,7 +63,6 @@ void hpr_tracer_fini(hpr_tracer *tracer)
     hpr_lights_fini(&tracer->lights);
     hpr_release(tracer->context, tracer->environment);
     hpr_release(tracer->context, tracer->lit);
-    hpr_release(tracer->context, tracer->blockers);
     *tracer = (hpr_tracer){0};
 }
 
@@ -138,6 +131,28 @@ static void add_lamp(walk *w, uint32_t lamp, double share)
         w->sum[c] += w->throughput[c] * share * patches->exitance[n * lamp + c];
 }
 
+/* What is met first from where the path is; `far` times the direction's length, which is 1, ends the search.
+ * The plane that it starts from is met at a distance of rounding over the cosine. */
+static hpr_hit look(walk *w, const double direction[3], double far, bool *back)
+{
+    double cosine = hpr_dot3(normal_of(w), direction);
+    w->rays++;
+    return hpr_visibility_first_hit(w->tracer->visibility, w->point, direction,
+                                    w->tracer->clearance_m / cosine, far, false, back);
+}
+
+/* Is the lamp what is met in the direction of its point y? Asked with the same ray by which a random
+ * direction would find it, so that the two estimates agree on what is seen. */
+static bool sees(walk *w, uint32_t lamp, const double y[3])
+{
+    double direction[3];
+    hpr_subtract3(y, w->point, direction);
+    double distance = hpr_length3(direction);
+    for (int k = 0; k < 3; k++)
+        direction[k] /= distance;
+    return look(w, direction, 1.001 * distance, NULL).patch == lamp;
+}
+
 static void sample_lamp(walk *w)
 {
     const hpr_tracer *tracer = w->tracer;
@@ -149,13 +164,12 @@ static void sample_lamp(walk *w)
     double share = lamp == w->patch ? 0 : share_of(w, lamp, y);
     if (!(share > 0))
         return;
-    w->rays++;
-    if (!hpr_visibility_blocked(tracer->visibility, w->point, y, tracer->blockers, tracer->blocker_count))
+    if (sees(w, lamp, y))
         add_lamp(w, lamp, share);
 }
 
-/* A direction from the patch with the density cos / pi (Malley), and its cosine. */
-static double choose_direction(walk *w, double direction[3])
+/* A direction from the patch with the density cos / pi (Malley). */
+static void choose_direction(walk *w, double direction[3])
 {
     const hpr_patches *patches = w->tracer->patches;
     const double *normal = normal_of(w), *edge = patches->edge1 + 3 * (size_t)w->patch;
@@ -165,7 +179,6 @@ static double choose_direction(walk *w, double direction[3])
     hpr_cross3(normal, edge, side);
     for (int k = 0; k < 3; k++)
         direction[k] = cosine * normal[k] + along * edge[k] + aside * side[k];
-    return cosine;
 }
 
 /* Goes on to what is seen in a random direction and adds its light. False: the path ends there, outside or on
@@ -174,12 +187,10 @@ static bool go_on(walk *w)
 {
     const hpr_tracer *tracer = w->tracer;
     size_t n = tracer->patches->channel_count;
-    double direction[3], cosine = choose_direction(w, direction);
+    double direction[3], y[3];
     bool back = false;
-    /* The plane that the path starts from is met at a distance of rounding over the cosine. */
-    hpr_hit hit = hpr_visibility_first_hit(tracer->visibility, w->point, direction,
-                                           tracer->clearance_m / cosine, INFINITY, false, &back);
-    w->rays++;
+    choose_direction(w, direction);
+    hpr_hit hit = look(w, direction, INFINITY, &back);
     if (hit.patch == HPR_NONE) {
         for (size_t c = 0; c < n; c++)
             w->sum[c] += w->throughput[c] * pi * tracer->environment[c];
@@ -187,7 +198,6 @@ static bool go_on(walk *w)
     }
     if (back)
         return false;
-    double y[3];
     point_of(tracer->patches, &hit, y);
     if (tracer->lights.density[hit.patch] > 0)
         add_lamp(w, hit.patch, share_of(w, hit.patch, y));

@@ -1,7 +1,8 @@
 /*
  * Light paths from the camera: an estimate of the radiance along one ray whose expectation is the solution of
- *   L(x) = (M(x) + rho(x) H(x)) / pi,   H(x) = ∫ G(x,y) V(x,y) B(y) dA_y + pi L_env (the part of x that sees
- * out) It shares the patches and first-hit and occlusion rays with the rest of hprad, and nothing else.
+ *   L(x) = (M(x) + rho(x) H(x)) / pi,   H(x) = ∫ G(x,y) V(x,y) B(y) dA_y + pi L_env f(x),
+ * f the part of what x sees that lies outside. It shares the patches and first-hit rays with the rest of
+ * hprad, and nothing else: not even occlusion rays, for occluders are merged patches.
  */
 #ifndef HPR_BASELINE_TRACER_H
 #define HPR_BASELINE_TRACER_H
@@ -23,9 +24,7 @@ typedef struct hpr_tracer {
     double *environment; /* [channels] radiance from outside, W/m2/sr */
     double *lit;         /* [channels] 1: light enters the scene in this channel, 0: it is black */
     bool dark;           /* all channels are black */
-    uint32_t *blockers;  /* [blocker_count] every patch once, backs of others left out */
-    size_t blocker_count;
-    double clearance_m; /* two points nearer than this to one plane both lie in it */
+    double clearance_m;  /* two points nearer than this to one plane both lie in it */
 } hpr_tracer;
 
 /* environment: [channels] or NULL: black. Errors: HPR_ERR_MEMORY, HPR_ERR_DEVICE. Fini accepts a zeroed or

@@ -16,7 +16,7 @@ enum {
     HPR_MAX_FEET = 6,
     HPR_DEFAULT_ORDER = 3,
     HPR_DEFAULT_SUBDIVIDE = 2,
-    HPR_DEFAULT_FEET = 2
+    HPR_DEFAULT_FEET = 1
 };
 
 /** What becomes of direct light. */

@@ -14,6 +14,7 @@
 enum { MAX_CLASSIFIED_PATCHES = 512 };
 
 typedef struct assembly {
+    const hpr_coverage *coverage;
     const hpr_patches *patches;
     const hpr_elements *elements;
     hpr_context *context;
@@ -37,14 +38,22 @@ static void patch_facet(const hpr_patches *patches, size_t patch, hpr_facet *fac
     memcpy(facet->normal, patches->normal + 3 * patch, sizeof facet->normal);
 }
 
-static void frame_facet(const hpr_element_frame *frame, hpr_facet *facet)
+/* The element, or its only open part. */
+static void frame_facet(const hpr_element_frame *frame, const hpr_polygon *part, int part_count,
+                        hpr_facet *facet)
 {
+    hpr_vec3_store(facet->normal, frame->normal);
+    if (part_count == 1 && part->count <= 4) {
+        facet->corner_count = (size_t)part->count;
+        for (int i = 0; i < part->count; i++)
+            hpr_vec3_store(facet->corner[i], hpr_frame_point(frame, part->corner[i][0], part->corner[i][1]));
+        return;
+    }
     hpr_cell whole = hpr_cell_whole(frame->shape);
     hpr_vec3 corner[4];
     facet->corner_count = (size_t)hpr_cell_corners(frame, &whole, corner);
     for (size_t i = 0; i < facet->corner_count; i++)
         hpr_vec3_store(facet->corner[i], corner[i]);
-    hpr_vec3_store(facet->normal, frame->normal);
 }
 
 /* Verdicts of all pairs of patches; counts those that see something. */
@@ -243,11 +252,17 @@ static void integrate_pair(const assembly *a, worker *w, size_t l, size_t leaf_i
                            .negligible = a->links->tolerance,
                            .contact_m = a->patches->weld_m,
                            .visibility = a->visibility};
+    task.recv_part = hpr_coverage_parts(a->coverage, leaf_i, &task.recv_part_count);
+    task.send_part = hpr_coverage_parts(a->coverage, leaf_j, &task.send_part_count);
+    if ((task.recv_part && !task.recv_part_count) || (task.send_part && !task.send_part_count)) {
+        w->counts[HPR_COUNT_PAIRS_HIDDEN]++;
+        return;
+    }
     if (a->verdict[link->recv * a->patches->count + link->send] == HPR_SEES_PARTLY) {
         if (a->classify) {
             hpr_facet recv, send;
-            frame_facet(&task.recv, &recv);
-            frame_facet(&task.send, &send);
+            frame_facet(&task.recv, task.recv_part, task.recv_part_count, &recv);
+            frame_facet(&task.send, task.send_part, task.send_part_count, &send);
             const uint32_t *candidates = a->blocker + a->blocker_first[l];
             size_t candidate_count = a->blocker_first[l + 1] - a->blocker_first[l];
             if (hpr_visibility_classify(a->visibility, &recv, &send, candidates, candidate_count, w->blocker,
@@ -261,7 +276,8 @@ static void integrate_pair(const assembly *a, worker *w, size_t l, size_t leaf_i
             task.blocker_count = a->occluder_count;
         }
     }
-    if (task.blocker_count && a->links->blocked_tolerance > 0) {
+    bool parts = task.recv_part_count || task.send_part_count;
+    if ((task.blocker_count || parts) && a->links->blocked_tolerance > 0) {
         task.clip = true;
         task.tolerance = a->links->blocked_tolerance;
         task.negligible = task.tolerance * sqrt(task.recv.area_m2 * task.send.area_m2) / a->area_m2;
@@ -349,11 +365,13 @@ static hpr_status integrate(assembly *a)
     return status;
 }
 
-hpr_status hpr_links_assemble(const hpr_patches *patches, const hpr_elements *elements, double tolerance,
+hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *elements, double tolerance,
                               hpr_links **out)
 {
+    const hpr_patches *patches = hpr_coverage_patches(coverage);
     hpr_context *ctx = patches->context;
-    assembly a = {.patches = patches,
+    assembly a = {.coverage = coverage,
+                  .patches = patches,
                   .elements = elements,
                   .context = ctx,
                   .classify = patches->count <= MAX_CLASSIFIED_PATCHES};

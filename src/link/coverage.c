@@ -382,6 +382,11 @@ hpr_status hpr_coverage_create(const hpr_patches *patches, const hpr_elements *e
     return status;
 }
 
+const hpr_patches *hpr_coverage_patches(const hpr_coverage *coverage)
+{
+    return coverage->patches;
+}
+
 void hpr_coverage_count(const hpr_coverage *coverage, size_t *partly, size_t *wholly)
 {
     *partly = *wholly = 0;
@@ -395,10 +400,11 @@ static const trimmed *trim_of(const hpr_coverage *coverage, size_t leaf)
     return index == HPR_NONE ? NULL : &coverage->trim[index];
 }
 
-bool hpr_coverage_is_partial(const hpr_coverage *coverage, size_t leaf)
+const hpr_polygon *hpr_coverage_parts(const hpr_coverage *coverage, size_t leaf, int *count)
 {
     const trimmed *trim = trim_of(coverage, leaf);
-    return trim && trim->piece_count > 0;
+    *count = trim ? trim->piece_count : 0;
+    return trim ? trim->piece : NULL;
 }
 
 static bool polygon_holds(const hpr_polygon *polygon, double s, double t)

@@ -6,7 +6,7 @@
 #ifndef HPR_LINK_LINKS_H
 #define HPR_LINK_LINKS_H
 
-#include "patch/elements.h"
+#include "link/coverage.h"
 
 typedef struct hpr_link {
     uint32_t recv, send; /* patches, recv < send */
@@ -42,7 +42,7 @@ size_t hpr_link_block(const hpr_links *links, const hpr_link *link, size_t leaf_
  * Errors: HPR_ERR_MEMORY (also when the blocks would exceed the machine's memory), HPR_ERR_DEVICE,
  * HPR_ERR_INTERRUPTED.
  */
-hpr_status hpr_links_assemble(const hpr_patches *patches, const hpr_elements *elements, double tolerance,
+hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *elements, double tolerance,
                               hpr_links **links);
 void hpr_links_destroy(hpr_links **links);
 

@@ -33,6 +33,10 @@ typedef struct hpr_block_task {
     const uint32_t *blockers;
     size_t blocker_count;
     bool clip;
+    /* Convex parts of the elements, in their parameters, that are integrated over instead of all of them, for
+     * what else is covered; 0: all. Not used where V is sampled, for there the covered rest sees nothing. */
+    const hpr_polygon *recv_part, *send_part;
+    int recv_part_count, send_part_count;
 } hpr_block_task;
 
 typedef struct hpr_block_result {

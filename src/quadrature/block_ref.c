@@ -197,6 +197,12 @@ hpr_block_result hpr_block_ref(const hpr_quadrature *quadrature, const hpr_block
     if (clip && task->blocker_count)
         set_blockers(task, &pair, scratch->blocker);
     result.sampled = task->blocker_count && !clip;
+    if (!result.sampled) {
+        pair.recv_part = task->recv_part;
+        pair.send_part = task->send_part;
+        pair.recv_part_count = task->recv_part_count;
+        pair.send_part_count = task->send_part_count;
+    }
     if (result.sampled) {
         demand.tolerance = fmax(task->tolerance, sampled_tolerance);
         demand.least_nodes = degree + 2;

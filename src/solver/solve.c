@@ -93,7 +93,8 @@ static hpr_status refine_feet(hpr_solution *solution, int times)
         if (status == HPR_OK)
             status = hpr_allocate_into(ctx, &marked, count, sizeof *marked, "elements");
         for (size_t leaf = 0; status == HPR_OK && leaf < count; leaf++) {
-            marked[leaf] = hpr_coverage_is_partial(coverage, leaf);
+            int parts;
+            marked[leaf] = hpr_coverage_parts(coverage, leaf, &parts) && parts > 0;
             found += marked[leaf];
         }
         if (status == HPR_OK && found)
@@ -226,23 +227,23 @@ static hpr_status gather_direct(const hpr_solution *solution, const hpr_links *l
 
 /* The moments of D by clipping: where D jumps the quadrature is cut, so that what the elements cannot show of
  * D is orthogonal to what they send. */
-static hpr_status project_direct(hpr_solution *solution, double *direct)
+static hpr_status project_direct(hpr_solution *solution, const hpr_coverage *coverage, double *direct)
 {
     static const double tolerance = 1e-5;
     hpr_direct *emitters = NULL;
     size_t short_count = 0;
     hpr_status status = hpr_direct_create(solution->patches, solution->elements, &emitters);
     if (status == HPR_OK)
-        status = hpr_direct_moments(emitters, solution->patches, solution->elements, tolerance, direct,
-                                    &short_count);
+        status = hpr_direct_moments(emitters, coverage, solution->elements, tolerance, direct, &short_count);
     hpr_direct_destroy(&emitters);
     return status;
 }
 
-static hpr_status find_direct(hpr_solution *solution, const hpr_links *links, double *direct)
+static hpr_status find_direct(hpr_solution *solution, const hpr_links *links, const hpr_coverage *coverage,
+                              double *direct)
 {
     if (solution->summary.direct == HPR_DIRECT_EXACT)
-        return project_direct(solution, direct);
+        return project_direct(solution, coverage, direct);
     return gather_direct(solution, links, direct);
 }
 
@@ -280,19 +281,18 @@ static hpr_status transport(hpr_solution *solution, const hpr_solve_options *opt
     hpr_coverage *coverage = NULL;
     double *direct = NULL; /* [channels][dofs] */
     hpr_stage_begin(ctx, "assembly");
-    hpr_status status =
-        hpr_links_assemble(solution->patches, solution->elements, options->block_tolerance, &links);
+    hpr_status status = hpr_coverage_create(solution->patches, solution->elements, &coverage);
+    if (status == HPR_OK)
+        status = hpr_links_assemble(coverage, solution->elements, options->block_tolerance, &links);
     hpr_stage_end(ctx);
     if (status == HPR_OK) {
         summarise_links(solution, links);
         status = hpr_allocate_into(ctx, &direct, solution->channel_count * solution->summary.dof_count,
                                    sizeof *direct, "direct light");
     }
-    if (status == HPR_OK)
-        status = hpr_coverage_create(solution->patches, solution->elements, &coverage);
     if (status == HPR_OK) {
         hpr_stage_begin(ctx, "direct light");
-        status = find_direct(solution, links, direct);
+        status = find_direct(solution, links, coverage, direct);
         hpr_stage_end(ctx);
     }
     if (status == HPR_OK) {

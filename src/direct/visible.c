@@ -45,7 +45,8 @@ static void side_heights(const hpr_convex *piece, const side *s, double *height)
 {
     for (int i = 0; i < piece->count; i++) {
         height[i] = hpr_dot(s->normal, piece->corner[i]);
-        if (fabs(height[i]) <= s->rounding * hpr_length(piece->corner[i]))
+        hpr_vec3 x = piece->corner[i];
+        if (fabs(height[i]) <= s->rounding * (fabs(x.x) + fabs(x.y) + fabs(x.z)))
             height[i] = 0;
     }
 }

@@ -124,7 +124,7 @@ static void set_rule(clipped *c, bool recv_is_outer, const hpr_polygon *inner, d
 {
     static const double loose = 1e-4, medium = 1e-7;
     c->nodes = tolerance >= loose ? 3 : tolerance >= medium ? 5 : 8;
-    int nodes = c->nodes + (hpr_total_degree(c->outer) + 1) / 2;
+    int nodes = c->nodes + hpr_polynomial_nodes(hpr_total_degree(c->outer), tolerance);
     nodes = nodes < HPR_NODES_MAX ? nodes : HPR_NODES_MAX;
     c->rule = (hpr_rule){.kind = HPR_RULE_CLIPPED,
                          .recv_is_outer = recv_is_outer,

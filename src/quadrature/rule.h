@@ -170,6 +170,12 @@ hpr_clipped_outcome hpr_clipped_choose(const hpr_gauss_table *gauss, const hpr_p
                                        const hpr_polygon *recv, const hpr_polygon *send,
                                        const hpr_clipped_demand *demand, hpr_rule_sink sink, void *user);
 
+/*
+ * Nodes that are added for polynomials of a degree: half of it, so that they are integrated like the kernel;
+ * a quarter where the tolerance is loose, for there the moments against high degrees are small beside it.
+ */
+int hpr_polynomial_nodes(int degree, double tolerance);
+
 /* Total degree of an element's polynomials in its parameters. */
 int hpr_total_degree(const hpr_element_frame *frame);
 

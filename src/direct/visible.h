@@ -15,6 +15,7 @@ enum { HPR_VISIBLE_CORNERS = HPR_CONVEX_CORNERS, HPR_VISIBLE_PIECES = 64 };
 
 typedef struct hpr_visible {
     int count;
+    bool whole; /* nothing was cut out */
     hpr_convex piece[HPR_VISIBLE_PIECES];
 } hpr_visible;
 

@@ -2,17 +2,21 @@
 
 #include "basis/basis.h"
 
+#include <math.h>
+
 hpr_status hpr_reconstruction_init(const hpr_solution *solution, hpr_reconstruction *reconstruction)
 {
     *reconstruction = (hpr_reconstruction){.solution = solution};
-    if (solution->summary.direct != HPR_DIRECT_EXACT)
-        return HPR_OK;
-    return hpr_direct_create(solution->patches, solution->elements, &reconstruction->direct);
+    hpr_status status = hpr_coverage_create(solution->patches, solution->elements, &reconstruction->coverage);
+    if (status == HPR_OK && solution->summary.direct == HPR_DIRECT_EXACT)
+        status = hpr_direct_create(solution->patches, solution->elements, &reconstruction->direct);
+    return status;
 }
 
 void hpr_reconstruction_fini(hpr_reconstruction *reconstruction)
 {
     hpr_direct_destroy(&reconstruction->direct);
+    hpr_coverage_destroy(&reconstruction->coverage);
 }
 
 void hpr_reconstruct_point(const hpr_reconstruction *reconstruction, size_t patch, double s, double t,
@@ -30,11 +34,17 @@ void hpr_reconstruct_point(const hpr_reconstruction *reconstruction, size_t patc
     hpr_basis_eval(shape, elements->degree[node], leaf_s, leaf_t, basis);
     for (size_t c = 0; c < n; c++)
         irradiance[c] = 0;
+    if (!hpr_coverage_open(reconstruction->coverage, leaf, leaf_s, leaf_t))
+        return;
     for (size_t k = 0; k < count; k++) {
         const double *coefficient = solution->irradiance + n * (elements->dof[leaf] + k);
         for (size_t c = 0; c < n; c++)
             irradiance[c] += scale * basis[k] * coefficient[c];
     }
-    if (reconstruction->direct)
-        hpr_direct_add(reconstruction->direct, leaf, leaf_s, leaf_t, irradiance);
+    if (!reconstruction->direct)
+        return;
+    /* No light is negative: where the polynomial dips below 0, 0 is nearer to the truth. */
+    for (size_t c = 0; c < n; c++)
+        irradiance[c] = fmax(irradiance[c], 0);
+    hpr_direct_add(reconstruction->direct, leaf, leaf_s, leaf_t, irradiance);
 }

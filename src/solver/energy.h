@@ -2,6 +2,7 @@
 #ifndef HPR_SOLVER_ENERGY_H
 #define HPR_SOLVER_ENERGY_H
 
+#include "link/coverage.h"
 #include "solver/solution.h"
 
 /*
@@ -13,6 +14,6 @@
  * adaptive, 1e-11 of what is emitted; from the others f is sampled by stratified rays. Errors:
  * HPR_ERR_MEMORY, HPR_ERR_DEVICE, HPR_ERR_INTERRUPTED.
  */
-hpr_status hpr_energy_compute(hpr_solution *solution);
+hpr_status hpr_energy_compute(hpr_solution *solution, const hpr_coverage *coverage);
 
 #endif

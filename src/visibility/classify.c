@@ -1,3 +1,4 @@
+#include "math/hull.h"
 #include "visibility/faces.h"
 
 #include <string.h>
@@ -113,61 +114,14 @@ static bool plane_divides(const shaft *sh, const hpr_occluder *occluder, bool *w
     return (most[0] > slack && least[1] < -slack) || (least[0] < -slack && most[1] > slack);
 }
 
-/*
- * The plane of the hull through edge `i` of facet f, other than the facet's own: through that corner of the
- * other facet that is seen at the largest angle from the facet, around the edge. (a, h): a corner's way
- * inward from the edge, and its height over the facet.
- */
-static void add_edge_plane(shaft *sh, int f, size_t i)
-{
-    const double *p = sh->corner[f][i], *q = sh->corner[f][i + 1 < sh->count[f] ? i + 1 : 0];
-    double edge[3], inward[3], slack = sh->visibility->slack, best_a = 1, best_h = 0;
-    hpr_subtract3(q, p, edge);
-    hpr_cross3(sh->normal[f], edge, inward);
-    double length = hpr_length3(inward), third[3];
-    if (!(length > slack))
-        return;
-    hpr_subtract3(sh->corner[f][(i + 2) % sh->count[f]], p, third);
-    if (hpr_dot3(inward, third) < 0) /* the corners go round the other way */
-        length = -length;
-    bool found = false;
-    for (size_t j = 0; j < sh->count[1 - f]; j++) {
-        double offset[3];
-        hpr_subtract3(sh->corner[1 - f][j], p, offset);
-        double a = hpr_dot3(inward, offset) / length, h = hpr_max(hpr_dot3(sh->normal[f], offset), 0);
-        if (a * a + h * h <= slack * slack)
-            continue; /* on the edge: every plane through it will do */
-        double turn = best_a * h - a * best_h;
-        if (!found || turn > 0 || (turn == 0 && a < best_a)) {
-            best_a = a;
-            best_h = h;
-            found = true;
-        }
-    }
-    if (!found)
-        return;
-    double *plane = sh->plane[sh->plane_count++], size = sqrt(best_a * best_a + best_h * best_h);
-    for (int k = 0; k < 3; k++)
-        plane[k] = (best_a * sh->normal[f][k] - best_h * inward[k] / length) / size;
-    plane[3] = hpr_dot3(plane, p);
-}
-
-/* The planes of the convex hull: those of the facets, and through an edge of one and a corner of the other.
- */
 static void make_planes(shaft *sh)
 {
+    hpr_hull_end end[2];
+    for (int f = 0; f < 2; f++)
+        end[f] = (hpr_hull_end){(const double(*)[3])sh->corner[f], sh->count[f], sh->normal[f]};
+    sh->plane_count = hpr_hull_planes(end, sh->visibility->slack, sh->plane);
     sh->has_planes = true;
     sh->last = 0;
-    for (int f = 0; f < 2; f++) {
-        for (int k = 0; k < 3; k++)
-            sh->plane[f][k] = -sh->normal[f][k];
-        sh->plane[f][3] = hpr_dot3(sh->plane[f], sh->corner[f][0]);
-    }
-    sh->plane_count = 2;
-    for (int f = 0; f < 2; f++) {
-        for (size_t i = 0; i < sh->count[f]; i++)
-            add_edge_plane(sh, f, i);
-    }
 }
 
 /* The part of a polygon where plane . x < limit (Sutherland & Hodgman 1974); returns its corners. */

@@ -224,10 +224,11 @@ hpr_block_result hpr_block_ref(const hpr_quadrature *quadrature, const hpr_block
     }
     hpr_rule_outcome outcome =
         hpr_rules_choose(&quadrature->gauss, &pair, &demand, &scratch->trial, add_rule, &e);
-    bool by_parts = pair.blocker_count || pair.recv_part_count || pair.send_part_count;
     double factor = area_factor(&task->recv) * area_factor(&task->send);
     for (size_t i = 0; i < e.n_recv * e.n_send; i++)
         block[i] *= factor;
+    block[0] += outcome.exchange_m2 / sqrt(task->recv.area_m2 * task->send.area_m2);
+    bool by_parts = pair.blocker_count || pair.recv_part_count || pair.send_part_count;
     result.seen = outcome.seen && !(by_parts && block[0] <= slit_block(task));
     if (!result.seen)
         memset(block, 0, e.n_recv * e.n_send * sizeof *block);

@@ -137,6 +137,7 @@ typedef struct hpr_rule_outcome {
     bool stopped_short;    /* some rule misses the tolerance */
     uint64_t kernel_count; /* kernels that the choice itself evaluated */
     uint64_t clip_count;   /* points for which the choice clipped the other side */
+    double exchange_m2;    /* ∫_r ∫_s G V dA dA, as far as no rules were emitted for it: of constants */
 } hpr_rule_outcome;
 
 typedef void (*hpr_rule_sink)(void *user, const hpr_rule *rule);

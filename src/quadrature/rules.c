@@ -1,7 +1,7 @@
 /* Which rule for which pair of pieces: product Gauss by an error bound, vertex and edge rules by trial. */
 #include "quadrature/contact.h"
 #include "quadrature/cuts.h"
-#include "quadrature/rule.h"
+#include "quadrature/partial.h"
 
 enum { MAX_DEPTH = 60, MAX_TOUCHING_DEPTH = 40, MAX_RULES = 20000 };
 
@@ -315,6 +315,15 @@ static void clip_parts(chooser *c, const hpr_polygon *recv, const hpr_polygon *s
     const hpr_clipped_demand demand = {c->demand->tolerance, c->demand->negligible};
     if (recv->count < 3 || send->count < 3)
         return;
+    if (constants(c)) {
+        double scale_m2 = sqrt(c->pair->recv.area_m2 * c->pair->send.area_m2);
+        hpr_partial part = hpr_partial_integrate(c->gauss, c->pair, recv, send, c->demand->tolerance,
+                                                 c->demand->negligible * scale_m2);
+        c->outcome.exchange_m2 += part.exchange_m2;
+        c->outcome.stopped_short |= !part.complete;
+        c->outcome.clip_count += part.clip_count;
+        return;
+    }
     hpr_clipped_outcome outcome =
         hpr_clipped_choose(c->gauss, c->pair, recv, send, &demand, c->sink, c->user);
     c->outcome.stopped_short |= !outcome.complete;

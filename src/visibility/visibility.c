@@ -74,12 +74,13 @@ static void add_mitre(const hpr_occluder *occluder, const double corner[3], int 
 static void set_occluder(const hpr_visibility *visibility, const hpr_convex *outline, const double normal[3],
                          hpr_occluder *occluder)
 {
-    double corner[HPR_OCCLUDER_CORNERS][3], world[3];
+    double world[3];
     int count = occluder->edge_count = outline->count;
     for (int k = 0; k < count; k++) {
         hpr_vec3_store(world, outline->corner[k]);
-        hpr_scene_units(visibility, world, corner[k]);
+        hpr_scene_units(visibility, world, occluder->corner[k]);
     }
+    const double(*corner)[3] = (const double(*)[3])occluder->corner;
     memcpy(occluder->origin, corner[0], sizeof occluder->origin);
     memcpy(occluder->normal, normal, sizeof occluder->normal);
     for (int k = 0; k < count; k++) {
@@ -100,6 +101,23 @@ static void set_occluder(const hpr_visibility *visibility, const hpr_convex *out
         add_mitre(occluder, corner[k], k, visibility->reach, occluder->low, occluder->high);
 }
 
+static hpr_bounds bounds_of(const hpr_occluder *occluder)
+{
+    hpr_bounds bounds = {.distance = hpr_dot3(occluder->normal, occluder->origin)};
+    memcpy(bounds.low, occluder->low, sizeof bounds.low);
+    memcpy(bounds.high, occluder->high, sizeof bounds.high);
+    memcpy(bounds.normal, occluder->normal, sizeof bounds.normal);
+    for (int k = 0; k < occluder->edge_count; k++)
+        hpr_add_scaled3(bounds.middle, 1.0 / occluder->edge_count, occluder->corner[k], bounds.middle);
+    for (int k = 0; k < occluder->edge_count; k++) {
+        double offset[3];
+        hpr_subtract3(occluder->corner[k], bounds.middle, offset);
+        bounds.radius = hpr_max(bounds.radius, hpr_length3(offset));
+    }
+    bounds.radius *= 1 + 1e-14; /* its own rounding */
+    return bounds;
+}
+
 static hpr_status set_occluders(hpr_visibility *visibility)
 {
     hpr_context *ctx = visibility->context;
@@ -110,8 +128,13 @@ static hpr_status set_occluders(hpr_visibility *visibility)
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &visibility->occluder, visibility->occluder_count,
                                    sizeof *visibility->occluder, "visibility");
-    for (size_t i = 0; status == HPR_OK && i < visibility->occluder_count; i++)
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &visibility->bounds, visibility->occluder_count,
+                                   sizeof *visibility->bounds, "visibility");
+    for (size_t i = 0; status == HPR_OK && i < visibility->occluder_count; i++) {
         set_occluder(visibility, &visibility->outline[i], normal + 3 * i, &visibility->occluder[i]);
+        visibility->bounds[i] = bounds_of(&visibility->occluder[i]);
+    }
     hpr_release(ctx, normal);
     return status;
 }
@@ -135,12 +158,10 @@ static bool divides(const hpr_visibility *visibility, const hpr_occluder *occlud
 {
     bool above = false, below = false;
     for (size_t i = 0; i < visibility->occluder_count && !(above && below); i++) {
-        const hpr_convex *other = &visibility->outline[i];
-        for (int k = 0; k < other->count; k++) {
-            double world[3], own[3], offset[3];
-            hpr_vec3_store(world, other->corner[k]);
-            hpr_scene_units(visibility, world, own);
-            hpr_subtract3(own, occluder->origin, offset);
+        const hpr_occluder *other = &visibility->occluder[i];
+        for (int k = 0; k < other->edge_count; k++) {
+            double offset[3];
+            hpr_subtract3(other->corner[k], occluder->origin, offset);
             double height = hpr_dot3(occluder->normal, offset);
             /* less than what counts as dividing, for an outline may be off by a part of the slack */
             above |= height > visibility->slack / 4;
@@ -207,6 +228,7 @@ void hpr_visibility_destroy(hpr_visibility **out)
     hpr_release(ctx, visibility->face);
     hpr_release(ctx, visibility->front);
     hpr_release(ctx, visibility->occluder);
+    hpr_release(ctx, visibility->bounds);
     hpr_release(ctx, visibility->outline);
     hpr_release(ctx, visibility->divider);
     hpr_release(ctx, visibility);

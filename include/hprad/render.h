@@ -11,8 +11,9 @@ extern "C" {
 typedef struct hpr_image {
     int width, height;
     size_t channel_count;
-    float *radiance; /**< [height][width][channels], W/m²/sr, premultiplied by coverage */
-    float *coverage; /**< [height][width], 0 .. 1 */
+    float *radiance; /**< [height][width][channels], W/m²/sr: the pixel's mean. What surfaces send is thereby
+                          premultiplied by coverage; (1 - coverage) times the environment is added */
+    float *coverage; /**< [height][width], 0 .. 1: the part of the pixel that shows a surface */
 } hpr_image;
 
 typedef struct hpr_render_options {

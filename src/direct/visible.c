@@ -18,9 +18,7 @@ static void cut(const hpr_convex *in, hpr_vec3 plane, double sign, double offset
         out->count = 0;
 }
 
-/* Planes through the point (the origin) and the edges of a blocker, all pointing inward; their number, 0 if
- * the blocker is seen edge-on. */
-static int pyramid(const hpr_convex *blocker, hpr_vec3 *plane)
+int hpr_visible_pyramid(const hpr_convex *blocker, hpr_vec3 *plane)
 {
     static const double edge_on = 1e-14;
     hpr_vec3 middle = {0, 0, 0};
@@ -40,12 +38,26 @@ static int pyramid(const hpr_convex *blocker, hpr_vec3 *plane)
     return count;
 }
 
-/* Takes the pyramid out of every piece: what is outside plane k and inside the planes before it stays. */
-static bool subtract(hpr_visible *visible, const hpr_vec3 *plane, int plane_count)
+static bool misses(const hpr_convex *piece, const hpr_vec3 *plane, int plane_count)
+{
+    for (int k = 0; k < plane_count; k++) {
+        int i = 0;
+        while (i < piece->count && hpr_dot(plane[k], piece->corner[i]) <= 0)
+            i++;
+        if (i == piece->count)
+            return true;
+    }
+    return false;
+}
+
+/* Of every piece, what is outside plane k and inside the planes before it stays. */
+bool hpr_visible_subtract(hpr_visible *visible, const hpr_vec3 *plane, int plane_count)
 {
     int before = visible->count;
     bool complete = true;
     for (int i = before - 1; i >= 0; i--) {
+        if (misses(&visible->piece[i], plane, plane_count))
+            continue;
         hpr_convex rest = visible->piece[i], outside[HPR_VISIBLE_CORNERS];
         int outside_count = 0;
         for (int k = 0; k < plane_count && rest.count; k++) {
@@ -90,7 +102,7 @@ bool hpr_visible_part(hpr_vec3 point, const hpr_convex *sender, hpr_vec3 normal,
         cut(&relative, normal, -sign, -limit, &between);
         cut(&between, normal, sign, fabs(height) * in_plane, &relative);
         if (relative.count)
-            complete &= subtract(visible, plane, pyramid(&relative, plane));
+            complete &= hpr_visible_subtract(visible, plane, hpr_visible_pyramid(&relative, plane));
     }
     return complete;
 }

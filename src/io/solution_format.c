@@ -62,26 +62,31 @@ const hpr_field *hpr_summary_fields(size_t *count)
 {
 #define AT(member) offsetof(hpr_solve_summary, member)
     static const hpr_field fields[] = {
-        {"order", HPR_FIELD_INT, AT(options.order)},
-        {"subdivide", HPR_FIELD_INT, AT(options.subdivide)},
-        {"blockTolerance", HPR_FIELD_DOUBLE, AT(options.block_tolerance)},
-        {"solverTolerance", HPR_FIELD_DOUBLE, AT(options.solver_tolerance)},
-        {"maxSweeps", HPR_FIELD_INT, AT(options.max_sweeps)},
-        {"directAsked", HPR_FIELD_INT, AT(options.direct)},
-        {"direct", HPR_FIELD_INT, AT(direct)},
-        {"patchCount", HPR_FIELD_SIZE, AT(patch_count)},
-        {"elementCount", HPR_FIELD_SIZE, AT(element_count)},
-        {"dofCount", HPR_FIELD_SIZE, AT(dof_count)},
-        {"linkCount", HPR_FIELD_SIZE, AT(link_count)},
-        {"blockBytes", HPR_FIELD_SIZE, AT(block_bytes)},
-        {"channelsSolved", HPR_FIELD_SIZE, AT(channels_solved)},
-        {"degenerateCount", HPR_FIELD_SIZE, AT(degenerate_count)},
-        {"duplicateCount", HPR_FIELD_SIZE, AT(duplicate_count)},
-        {"blockToleranceUsed", HPR_FIELD_DOUBLE, AT(block_tolerance)},
-        {"shortCount", HPR_FIELD_SIZE, AT(short_count)},
-        {"sweeps", HPR_FIELD_INT, AT(sweeps)},
-        {"residual", HPR_FIELD_DOUBLE, AT(residual)},
-        {"occluded", HPR_FIELD_INT, AT(occluded)},
+        {"order", HPR_FIELD_INT, AT(options.order), 1},
+        {"subdivide", HPR_FIELD_INT, AT(options.subdivide), 1},
+        {"blockTolerance", HPR_FIELD_DOUBLE, AT(options.block_tolerance), 1},
+        {"solverTolerance", HPR_FIELD_DOUBLE, AT(options.solver_tolerance), 1},
+        {"maxSweeps", HPR_FIELD_INT, AT(options.max_sweeps), 1},
+        {"directAsked", HPR_FIELD_INT, AT(options.direct), 1},
+        {"direct", HPR_FIELD_INT, AT(direct), 1},
+        {"environment", HPR_FIELD_INT, AT(environment), 2},
+        {"environmentClosed", HPR_FIELD_SIZE, AT(environment_closed), 2},
+        {"environmentClipped", HPR_FIELD_SIZE, AT(environment_clipped), 2},
+        {"environmentSampled", HPR_FIELD_SIZE, AT(environment_sampled), 2},
+        {"environmentError", HPR_FIELD_DOUBLE, AT(environment_error), 2},
+        {"patchCount", HPR_FIELD_SIZE, AT(patch_count), 1},
+        {"elementCount", HPR_FIELD_SIZE, AT(element_count), 1},
+        {"dofCount", HPR_FIELD_SIZE, AT(dof_count), 1},
+        {"linkCount", HPR_FIELD_SIZE, AT(link_count), 1},
+        {"blockBytes", HPR_FIELD_SIZE, AT(block_bytes), 1},
+        {"channelsSolved", HPR_FIELD_SIZE, AT(channels_solved), 1},
+        {"degenerateCount", HPR_FIELD_SIZE, AT(degenerate_count), 1},
+        {"duplicateCount", HPR_FIELD_SIZE, AT(duplicate_count), 1},
+        {"blockToleranceUsed", HPR_FIELD_DOUBLE, AT(block_tolerance), 1},
+        {"shortCount", HPR_FIELD_SIZE, AT(short_count), 1},
+        {"sweeps", HPR_FIELD_INT, AT(sweeps), 1},
+        {"residual", HPR_FIELD_DOUBLE, AT(residual), 1},
+        {"occluded", HPR_FIELD_INT, AT(occluded), 1},
     };
 #undef AT
     *count = COUNT_OF(fields);
@@ -91,10 +96,11 @@ const hpr_field *hpr_summary_fields(size_t *count)
 const hpr_field *hpr_energy_fields(size_t *count)
 {
     static const hpr_field fields[] = {
-        {"emitted", HPR_FIELD_DOUBLE, offsetof(hpr_energy, emitted)},
-        {"absorbed", HPR_FIELD_DOUBLE, offsetof(hpr_energy, absorbed)},
-        {"lostOnBacks", HPR_FIELD_DOUBLE, offsetof(hpr_energy, lost_on_backs)},
-        {"escaped", HPR_FIELD_DOUBLE, offsetof(hpr_energy, escaped)},
+        {"emitted", HPR_FIELD_DOUBLE, offsetof(hpr_energy, emitted), 1},
+        {"environment", HPR_FIELD_DOUBLE, offsetof(hpr_energy, environment), 2},
+        {"absorbed", HPR_FIELD_DOUBLE, offsetof(hpr_energy, absorbed), 1},
+        {"lostOnBacks", HPR_FIELD_DOUBLE, offsetof(hpr_energy, lost_on_backs), 1},
+        {"escaped", HPR_FIELD_DOUBLE, offsetof(hpr_energy, escaped), 1},
     };
     *count = COUNT_OF(fields);
     return fields;
@@ -103,20 +109,20 @@ const hpr_field *hpr_energy_fields(size_t *count)
 const hpr_field *hpr_camera_fields(size_t *count)
 {
     static const hpr_field fields[] = {
-        {"yfov", HPR_FIELD_DOUBLE, offsetof(hpr_camera, yfov_rad)},
-        {"aspectRatio", HPR_FIELD_DOUBLE, offsetof(hpr_camera, aspect)},
-        {"xmag", HPR_FIELD_DOUBLE, offsetof(hpr_camera, xmag)},
-        {"ymag", HPR_FIELD_DOUBLE, offsetof(hpr_camera, ymag)},
-        {"znear", HPR_FIELD_DOUBLE, offsetof(hpr_camera, znear)},
-        {"zfar", HPR_FIELD_DOUBLE, offsetof(hpr_camera, zfar)},
+        {"yfov", HPR_FIELD_DOUBLE, offsetof(hpr_camera, yfov_rad), 1},
+        {"aspectRatio", HPR_FIELD_DOUBLE, offsetof(hpr_camera, aspect), 1},
+        {"xmag", HPR_FIELD_DOUBLE, offsetof(hpr_camera, xmag), 1},
+        {"ymag", HPR_FIELD_DOUBLE, offsetof(hpr_camera, ymag), 1},
+        {"znear", HPR_FIELD_DOUBLE, offsetof(hpr_camera, znear), 1},
+        {"zfar", HPR_FIELD_DOUBLE, offsetof(hpr_camera, zfar), 1},
     };
     *count = COUNT_OF(fields);
     return fields;
 }
 
 const hpr_field hpr_camera_vectors[HPR_CAMERA_VECTORS] = {
-    {"origin", HPR_FIELD_DOUBLE, offsetof(hpr_camera, origin)},
-    {"right", HPR_FIELD_DOUBLE, offsetof(hpr_camera, right)},
-    {"up", HPR_FIELD_DOUBLE, offsetof(hpr_camera, up)},
-    {"backward", HPR_FIELD_DOUBLE, offsetof(hpr_camera, backward)},
+    {"origin", HPR_FIELD_DOUBLE, offsetof(hpr_camera, origin), 1},
+    {"right", HPR_FIELD_DOUBLE, offsetof(hpr_camera, right), 1},
+    {"up", HPR_FIELD_DOUBLE, offsetof(hpr_camera, up), 1},
+    {"backward", HPR_FIELD_DOUBLE, offsetof(hpr_camera, backward), 1},
 };

@@ -1,14 +1,15 @@
 /*
  * The tables of the extension HPRAD_radiosity that its writer and its reader share, and what it holds.
  *
- * The extension stands at the root of the glTF, version 1; a newer one is refused. Lengths are in metres,
- * light in SI units per channel. It holds no times: the same solution gives the same bytes. An array is an
- * object {bufferView, componentType, components, count}: `count` items of `components` little-endian numbers
- * (uint8, uint32, uint64, float64), tightly packed in that buffer view, which begins at a multiple of 8 bytes
- * in the file; an empty array has no buffer view. 4294967295 means "none". Numbers in the JSON that are not
- * finite are the texts "NaN", "Infinity", "-Infinity".
+ * The extension stands at the root of the glTF, version 2; a newer one is refused. Version 1 has no
+ * environment. Lengths are in metres, light in SI units per channel. It holds no times: the same solution
+ * gives the same bytes. An array is an object {bufferView, componentType, components, count}: `count` items
+ * of `components` little-endian numbers (uint8, uint32, uint64, float64), tightly packed in that buffer view,
+ * which begins at a multiple of 8 bytes in the file; an empty array has no buffer view. 4294967295 means
+ * "none". Numbers in the JSON that are not finite are the texts "NaN", "Infinity", "-Infinity".
  *
- * - version: 1. scene: the file's name. channels: their names, mostly R, G, B. exposure: see the end
+ * - version: 2. scene: the file's name. channels: their names, mostly R, G, B. exposure: see the end
+ * - environment: the radiance from outside, W/m2/sr, one number per channel
  * - patches.count: one per side of a surface; .degenerateCount, .duplicateCount: faces that were left out
  * - patches.shape, .side (uint8): 0 parallelogram, 1 triangle; 1 for the back of a doubleSided face
  * - patches.twin, .node, .primitive, .material (uint32): the patch on the other side, or none; where it
@@ -32,7 +33,7 @@
  * - cameras[]: name, kind (perspective, orthographic), origin, right, up, backward, yfov, aspectRatio (0: the
  *   picture's), xmag, ymag, znear, zfar
  * - summary: options and counts of the solve
- * - energy[] (W per channel): emitted, absorbed, lostOnBacks, escaped
+ * - energy[] (W per channel): emitted, environment, absorbed, lostOnBacks, escaped
  *
  * What other programs show is an unlit mesh with the vertex colours clamp(exposure * radiance, 0, 1), linear
  * Rec. 709, and the cameras. It is a picture of the solution and is not read back.
@@ -43,7 +44,7 @@
 #include "solver/solution.h"
 
 #define HPR_EXTENSION_NAME "HPRAD_radiosity"
-enum { HPR_EXTENSION_VERSION = 1 };
+enum { HPR_EXTENSION_VERSION = 2 };
 
 typedef enum hpr_component { HPR_UINT8, HPR_UINT32, HPR_UINT64, HPR_FLOAT64 } hpr_component;
 
@@ -78,6 +79,7 @@ typedef struct hpr_field {
     const char *key;
     hpr_field_kind kind;
     size_t offset;
+    size_t since; /* the version that brought it; files of an older one leave it 0 */
 } hpr_field;
 
 /* Members of hpr_solve_summary, hpr_energy and the numbers of hpr_camera; *count receives how many. */

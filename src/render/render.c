@@ -70,8 +70,11 @@ static void render_pixel(const view *v, hpr_image *image, size_t row, size_t col
                                ((double)row + y) / image->height, &ray);
         hpr_hit hit =
             hpr_visibility_first_hit(v->visibility, ray.origin, ray.direction, ray.near, ray.far, true, NULL);
-        if (hit.patch == HPR_NONE)
+        if (hit.patch == HPR_NONE) {
+            for (size_t c = 0; c < n && v->solution->environment; c++)
+                sum[c] += v->solution->environment[c];
             continue;
+        }
         covered++;
         add_radiance(v, &hit, irradiance, sum);
     }

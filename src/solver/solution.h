@@ -11,11 +11,13 @@ struct hpr_solution {
     char *scene_name; /* file name of the scene without folders */
     size_t channel_count;
     char **channel_name; /* [channel_count] */
+    double *environment; /* [channel_count] radiance from outside, W/m2/sr; NULL: none */
     hpr_patches *patches;
     hpr_elements *elements;
-    double *irradiance; /* [dofs][channels] coefficients of H, or of its indirect part if summary.direct is
-                             HPR_DIRECT_EXACT: H(x) = sum_k irradiance[k] T_k(x), so that a
-                           coefficient has the unit W/m2 times metre */
+    double *irradiance; /* [dofs][channels] coefficients of H without what is evaluated at points: lamps if
+                           summary.direct is HPR_DIRECT_EXACT, the environment if summary.environment is
+                           HPR_ENVIRONMENT_EXACT; H(x) = sum_k irradiance[k] T_k(x), so that a coefficient
+                           has the unit W/m2 times metre */
     double *error; /* [leaf_count] estimated L2 error of H on the element, W/m2 times metre; NaN: unknown */
     size_t camera_count;
     hpr_camera *camera; /* [camera_count], at least one: a scene without gets one that frames it */

@@ -1,5 +1,6 @@
 /* From a scene to a solution: patches, elements, links, the linear system, the energy balance. */
 #include "link/direct_moments.h"
+#include "link/environment_moments.h"
 #include "link/links.h"
 #include "patch/frame.h"
 #include "solver/energy.h"
@@ -71,8 +72,33 @@ static hpr_status describe(hpr_solution *solution, const hpr_scene *scene)
     for (size_t c = 0; status == HPR_OK && c < n; c++)
         status = copy_text(ctx, scene->channel_name[c], &solution->channel_name[c]);
     if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &solution->environment, n, sizeof(double), "light from outside");
+    if (status == HPR_OK)
+        memcpy(solution->environment, scene->environment, n * sizeof(double));
+    if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &solution->energy, n, sizeof *solution->energy, "energy terms");
     return status;
+}
+
+static bool has_environment(const hpr_solution *solution)
+{
+    for (size_t c = 0; c < solution->channel_count; c++) {
+        if (solution->environment[c] > 0)
+            return true;
+    }
+    return false;
+}
+
+/* What is evaluated at points, and what goes through the basis. */
+static void choose_modes(hpr_solution *solution, hpr_direct_mode asked)
+{
+    hpr_solve_summary *summary = &solution->summary;
+    const hpr_patches *patches = solution->patches;
+    bool exact = asked == HPR_DIRECT_EXACT;
+    summary->direct = exact && hpr_direct_affordable(patches) ? HPR_DIRECT_EXACT : HPR_DIRECT_GALERKIN;
+    if (has_environment(solution))
+        summary->environment =
+            exact && hpr_environment_affordable(patches) ? HPR_ENVIRONMENT_EXACT : HPR_ENVIRONMENT_GALERKIN;
 }
 
 static hpr_status make_mesh(hpr_solution *solution, const hpr_scene *scene, const hpr_solve_options *options)
@@ -97,14 +123,18 @@ static hpr_status make_mesh(hpr_solution *solution, const hpr_scene *scene, cons
     solution->summary.duplicate_count = solution->patches->duplicate_count;
     solution->summary.element_count = e->leaf_count;
     solution->summary.dof_count = dofs;
-    bool exact = options->direct == HPR_DIRECT_EXACT && hpr_direct_affordable(solution->patches);
-    solution->summary.direct = exact ? HPR_DIRECT_EXACT : HPR_DIRECT_GALERKIN;
+    choose_modes(solution, options->direct);
     return status;
 }
 
-static bool channels_agree(const hpr_patches *patches)
+static bool channels_agree(const hpr_solution *solution)
 {
+    const hpr_patches *patches = solution->patches;
     size_t n = patches->channel_count;
+    for (size_t c = 1; c < n; c++) {
+        if (solution->environment[c] != solution->environment[0])
+            return false;
+    }
     for (size_t i = 0; i < patches->count * n; i++) {
         size_t first = i - i % n;
         if (patches->exitance[i] != patches->exitance[first] ||
@@ -114,13 +144,14 @@ static bool channels_agree(const hpr_patches *patches)
     return true;
 }
 
-static bool has_light(const hpr_patches *patches)
+static bool has_light(const hpr_solution *solution)
 {
+    const hpr_patches *patches = solution->patches;
     for (size_t i = 0; i < patches->count * patches->channel_count; i++) {
         if (patches->exitance[i] > 0)
             return true;
     }
-    return false;
+    return has_environment(solution);
 }
 
 /* The first to_channels of each row of a table [count][from_channels]. */
@@ -138,7 +169,7 @@ static hpr_status solve_system(hpr_solution *solution, const hpr_links *links, c
     hpr_context *ctx = solution->context;
     const hpr_patches *patches = solution->patches;
     size_t n = solution->channel_count, dofs = solution->summary.dof_count;
-    size_t solved = channels_agree(patches) ? 1 : n;
+    size_t solved = channels_agree(solution) ? 1 : n;
     double *reflectance = NULL;
     hpr_gauss_seidel problem = {.patches = patches,
                                 .links = links,
@@ -212,6 +243,29 @@ static hpr_status find_direct(hpr_solution *solution, const hpr_links *links, do
     return gather_direct(solution, links, direct);
 }
 
+/* V of the elements, and what it brings in; outside: [dofs] */
+static hpr_status add_environment(hpr_solution *solution, double *outside, double *direct)
+{
+    static const double tolerance = 1e-4, pi = 3.14159265358979323846;
+    size_t n = solution->channel_count, dofs = solution->summary.dof_count;
+    hpr_environment *environment = NULL;
+    hpr_environment_figures figures;
+    hpr_status status = hpr_environment_create(solution->patches, solution->elements, &environment);
+    if (status == HPR_OK)
+        status = hpr_environment_moments(environment, solution->patches, solution->elements, tolerance,
+                                         outside, &figures);
+    hpr_environment_destroy(&environment);
+    if (status != HPR_OK)
+        return status;
+    for (size_t i = 0; i < n * dofs; i++)
+        direct[i] += pi * solution->environment[i / dofs] * outside[i % dofs];
+    solution->summary.environment_closed = figures.closed_form;
+    solution->summary.environment_clipped = figures.clipped;
+    solution->summary.environment_sampled = figures.sampled;
+    solution->summary.environment_error = figures.error;
+    return HPR_OK;
+}
+
 static void summarise_links(hpr_solution *solution, const hpr_links *links)
 {
     hpr_solve_summary *summary = &solution->summary;
@@ -225,12 +279,16 @@ static void summarise_links(hpr_solution *solution, const hpr_links *links)
                  links->short_count, links->tolerance);
 }
 
-/* H without its direct part, which is evaluated where it is wanted. */
-static void take_out(hpr_solution *solution, const double *direct)
+/* H without what is evaluated where it is wanted: all of D, or only what comes from outside. */
+static void take_out(hpr_solution *solution, const double *direct, const double *outside)
 {
+    static const double pi = 3.14159265358979323846;
     size_t n = solution->channel_count, dofs = solution->summary.dof_count;
-    for (size_t i = 0; i < n * dofs; i++)
-        solution->irradiance[i] -= direct[i % n * dofs + i / n];
+    bool lamps = solution->summary.direct == HPR_DIRECT_EXACT;
+    bool environment = solution->summary.environment == HPR_ENVIRONMENT_EXACT;
+    for (size_t i = 0; (lamps || environment) && i < n * dofs; i++)
+        solution->irradiance[i] -=
+            lamps ? direct[i % n * dofs + i / n] : pi * solution->environment[i % n] * outside[i / n];
 }
 
 /* Stages in order; each fills its part of the solution. The energy terms need the whole H. */
@@ -238,7 +296,7 @@ static hpr_status transport(hpr_solution *solution, const hpr_solve_options *opt
 {
     hpr_context *ctx = solution->context;
     hpr_links *links = NULL;
-    double *direct = NULL; /* [channels][dofs] */
+    double *direct = NULL, *outside = NULL; /* [channels][dofs]; [dofs] */
     hpr_stage_begin(ctx, "assembly");
     hpr_status status =
         hpr_links_assemble(solution->patches, solution->elements, options->block_tolerance, &links);
@@ -248,9 +306,17 @@ static hpr_status transport(hpr_solution *solution, const hpr_solve_options *opt
         status = hpr_allocate_into(ctx, &direct, solution->channel_count * solution->summary.dof_count,
                                    sizeof *direct, "direct light");
     }
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &outside, solution->summary.dof_count, sizeof *outside,
+                                   "light from outside");
     if (status == HPR_OK) {
         hpr_stage_begin(ctx, "direct light");
         status = find_direct(solution, links, direct);
+        hpr_stage_end(ctx);
+    }
+    if (status == HPR_OK && solution->summary.environment != HPR_ENVIRONMENT_NONE) {
+        hpr_stage_begin(ctx, "environment");
+        status = add_environment(solution, outside, direct);
         hpr_stage_end(ctx);
     }
     if (status == HPR_OK) {
@@ -260,12 +326,13 @@ static hpr_status transport(hpr_solution *solution, const hpr_solve_options *opt
     }
     if (status == HPR_OK) {
         hpr_stage_begin(ctx, "energy");
-        status = hpr_energy_compute(solution);
+        status = hpr_energy_compute(solution, outside);
         hpr_stage_end(ctx);
     }
-    if (status == HPR_OK && solution->summary.direct == HPR_DIRECT_EXACT)
-        take_out(solution, direct);
+    if (status == HPR_OK)
+        take_out(solution, direct, outside);
     hpr_release(ctx, direct);
+    hpr_release(ctx, outside);
     hpr_links_destroy(&links);
     return status;
 }
@@ -295,7 +362,7 @@ hpr_status hpr_solve(hpr_context *context, const hpr_scene *scene, const hpr_sol
     hpr_stage_end(context);
     if (status == HPR_OK && solution->patches->count == 0)
         hpr_warn(context, "%s: no surface; the solution is empty", scene->path);
-    else if (status == HPR_OK && !has_light(solution->patches))
+    else if (status == HPR_OK && !has_light(solution))
         hpr_warn(context, "%s: no light; the solution is zero", scene->path);
     else if (status == HPR_OK)
         status = transport(solution, options);

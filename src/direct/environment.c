@@ -3,12 +3,13 @@
 #include "direct/lambert.h"
 
 #include <float.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum {
     MAX_PATCHES = 512,             /* beyond, a point costs milliseconds */
     MAX_CORNERS = 4 * MAX_PATCHES, /* of all occluders */
-    FEW = 12,                      /* occluders in a cone that are clipped */
+    FEW = 64,                      /* occluders in a cone that are clipped */
     MAX_CONES = 4096,              /* per point */
     MAX_DEPTH = 40,                /* halvings of a cone */
 };
@@ -42,16 +43,34 @@ void hpr_environment_destroy(hpr_environment **out)
     *out = NULL;
 }
 
-static hpr_vec3 outline_normal(const hpr_convex *outline)
+static hpr_vec3 unit(hpr_vec3 a)
+{
+    return hpr_scale(a, 1 / hpr_length(a));
+}
+
+/* Twice the area times the normal. */
+static hpr_vec3 outline_vector(const hpr_convex *outline)
 {
     hpr_vec3 sum = {0, 0, 0};
     for (int i = 1; i + 1 < outline->count; i++)
         sum = hpr_add(sum, hpr_cross(hpr_sub(outline->corner[i], outline->corner[0]),
                                      hpr_sub(outline->corner[i + 1], outline->corner[0])));
-    double length = hpr_length(sum);
-    return length > 0 ? hpr_scale(sum, 1 / length) : sum;
+    return sum;
 }
 
+/* Falling area, then corner by corner, so that equal ones are in one order. */
+static int compare_outlines(const void *a, const void *b)
+{
+    const hpr_convex *p = a, *q = b;
+    double area_p = hpr_length(outline_vector(p)), area_q = hpr_length(outline_vector(q));
+    if (area_p != area_q)
+        return area_p < area_q ? 1 : -1;
+    if (p->count != q->count)
+        return p->count < q->count ? 1 : -1;
+    return memcmp(p->corner, q->corner, (size_t)p->count * sizeof *p->corner);
+}
+
+/* Large ones first: they cover whole cones. */
 static void set_occluders(hpr_environment *environment)
 {
     const hpr_patches *patches = environment->patches;
@@ -64,12 +83,14 @@ static void set_occluders(hpr_environment *environment)
         double corner[4][3];
         if (patches->twin[i] != HPR_NONE && patches->side[i] != 0)
             continue;
-        hpr_convex *outline = &environment->outline[environment->occluder_count];
+        hpr_convex *outline = &environment->outline[environment->occluder_count++];
         outline->count = (int)hpr_patch_corners(patches, i, corner);
         for (int k = 0; k < outline->count; k++)
             outline->corner[k] = hpr_vec3_load(corner[k]);
-        environment->normal[environment->occluder_count++] = outline_normal(outline);
     }
+    qsort(environment->outline, environment->occluder_count, sizeof *environment->outline, compare_outlines);
+    for (size_t i = 0; i < environment->occluder_count; i++)
+        environment->normal[i] = unit(outline_vector(&environment->outline[i]));
 }
 
 hpr_status hpr_environment_create(const hpr_patches *patches, const hpr_elements *elements,
@@ -131,11 +152,6 @@ typedef struct view {
 typedef struct cone {
     hpr_vec3 corner[3], side[3];
 } cone;
-
-static hpr_vec3 unit(hpr_vec3 a)
-{
-    return hpr_scale(a, 1 / hpr_length(a));
-}
 
 static cone make_cone(hpr_vec3 a, hpr_vec3 b, hpr_vec3 c)
 {

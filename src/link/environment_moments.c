@@ -7,11 +7,12 @@
 #include <string.h>
 
 enum {
-    MAX_DEPTH = 12,   /* quarterings of a cell */
+    CUTTING_DEPTH = 1, /* cells of this depth are cut at contacts */
+    MAX_DEPTH = 12,    /* quarterings of a cell */
     MAX_CELLS = 2000, /* of a leaf */
-    RAYS = 1 << 21,   /* about so many in all, but LEAST_SIDE^2 per lattice of each point at least */
+    RAYS = 1 << 23,   /* about so many in all, but LEAST_SIDE^2 per lattice of each point at least */
     LEAST_SIDE = 4,
-    MOST_SIDE = 16
+    MOST_SIDE = 32
 };
 
 typedef enum treatment { CLOSED_FORM, CLIPPED, SAMPLED, TREATMENTS } treatment;
@@ -148,50 +149,53 @@ static void quarter(const hpr_cell *cell, hpr_cell part[4])
     }
 }
 
-static void refine(leaf_integral *l, const hpr_cell *cell, const double *whole, int depth)
+/* The corners of a cell in the leaf's parameters. */
+static hpr_polygon cell_polygon(const hpr_cell *cell)
 {
-    hpr_cell part[4];
-    double sum[4][l->count], worst = 0;
-    quarter(cell, part);
-    for (int i = 0; i < 4; i++)
-        integrate_cell(l, &part[i], sum[i]);
-    for (size_t k = 0; k < l->count; k++)
-        worst = fmax(worst, fabs(whole[k] - sum[0][k] - sum[1][k] - sum[2][k] - sum[3][k]));
-    if (worst <= l->allowed || depth >= MAX_DEPTH || l->cells >= MAX_CELLS) {
-        l->error += worst;
-        for (size_t k = 0; k < 4 * l->count; k++)
-            l->moment[k % l->count] += sum[k / l->count][k % l->count];
-        return;
+    static const double corner[2][4][2] = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}, {{0, 0}, {1, 0}, {0, 1}}};
+    bool triangle = cell->shape == HPR_SHAPE_TRIANGLE;
+    hpr_polygon polygon = {.count = triangle ? 3 : 4};
+    for (int k = 0; k < polygon.count; k++) {
+        for (int i = 0; i < 2; i++)
+            polygon.corner[k][i] = cell->origin[i] + corner[triangle][k][0] * cell->edge1[i] +
+                                   corner[triangle][k][1] * cell->edge2[i];
     }
-    for (int i = 0; i < 4; i++)
-        refine(l, &part[i], sum[i], depth + 1);
+    return polygon;
 }
 
-/* Cuts the leaf along the line through two of its plane's points, if the segment between comes near it. */
-static void cut_along(const hpr_element_frame *frame, hpr_vec3 from, hpr_vec3 to, hpr_cuts *pieces)
+/* Cuts along the line through two points of the leaf's plane, unless the segment between them is aside. */
+static void cut_along(const hpr_element_frame *frame, const hpr_polygon *cell, hpr_vec3 from, hpr_vec3 to,
+                      hpr_cuts *pieces)
 {
-    hpr_vec3 across = hpr_cross(frame->edge1, frame->edge2), point[2] = {from, to};
-    double square = hpr_dot(across, across), s[2], t[2];
+    hpr_vec3 across = hpr_cross(frame->edge1, frame->edge2), end[2] = {from, to};
+    double square = hpr_dot(across, across), at[2][2];
     for (int i = 0; i < 2; i++) {
-        hpr_vec3 offset = hpr_sub(point[i], frame->origin);
-        s[i] = hpr_dot(hpr_cross(offset, frame->edge2), across) / square;
-        t[i] = hpr_dot(hpr_cross(frame->edge1, offset), across) / square;
+        hpr_vec3 offset = hpr_sub(end[i], frame->origin);
+        at[i][0] = hpr_dot(hpr_cross(offset, frame->edge2), across) / square;
+        at[i][1] = hpr_dot(hpr_cross(frame->edge1, offset), across) / square;
     }
-    if (fmax(s[0], s[1]) <= 0 || fmin(s[0], s[1]) >= 1 || fmax(t[0], t[1]) <= 0 || fmin(t[0], t[1]) >= 1)
-        return;
-    const hpr_affine line = {-s[0] * (t[1] - t[0]) + t[0] * (s[1] - s[0]), t[1] - t[0], s[0] - s[1]};
+    for (int axis = 0; axis < 2; axis++) {
+        double low = INFINITY, high = -INFINITY;
+        for (int k = 0; k < cell->count; k++) {
+            low = fmin(low, cell->corner[k][axis]);
+            high = fmax(high, cell->corner[k][axis]);
+        }
+        if (fmax(at[0][axis], at[1][axis]) <= low || fmin(at[0][axis], at[1][axis]) >= high)
+            return;
+    }
+    double ds = at[1][0] - at[0][0], dt = at[1][1] - at[0][1];
+    const hpr_affine line = {at[0][1] * ds - at[0][0] * dt, dt, -ds};
     hpr_cuts_along(pieces, &line);
 }
 
-/* The leaf cut where occluders stand on it or go through it: there V jumps or has its sharpest kinks. */
-static void cut_at_contacts(const leaf_integral *l, hpr_cuts *pieces)
+/* A cell cut where occluders stand on the leaf or go through it: there V jumps or has its sharpest kinks. */
+static void cut_at_contacts(const leaf_integral *l, const hpr_cell *cell, hpr_cuts *pieces)
 {
     size_t count;
     const hpr_convex *outline = hpr_environment_outlines(l->p->environment, &count);
-    bool triangle = l->frame.shape == HPR_SHAPE_TRIANGLE;
-    const hpr_polygon square = {4, {{0, 0}, {1, 0}, {1, 1}, {0, 1}}}, half = {3, {{0, 0}, {1, 0}, {0, 1}}};
+    const hpr_polygon polygon = cell_polygon(cell);
     double touching = l->p->patches->weld_m;
-    hpr_cuts_init(pieces, triangle ? &half : &square);
+    hpr_cuts_init(pieces, &polygon);
     for (size_t i = 0; i < count; i++) {
         hpr_vec3 contact[HPR_VISIBLE_CORNERS];
         int contacts = 0;
@@ -207,31 +211,59 @@ static void cut_at_contacts(const leaf_integral *l, hpr_cuts *pieces)
                 contact[contacts++] = hpr_add(l->frame.origin, hpr_madd(a, ha / (ha - hb), hpr_sub(b, a)));
         }
         if (most > touching && contacts >= 2)
-            cut_along(&l->frame, contact[0], contact[contacts - 1], pieces);
+            cut_along(&l->frame, &polygon, contact[0], contact[contacts - 1], pieces);
     }
+}
+
+static void refine(leaf_integral *l, const hpr_cell *cell, const double *whole, int depth);
+
+/* False if the cell is not cut by any contact. */
+static bool refine_pieces(leaf_integral *l, const hpr_cell *cell, int depth)
+{
+    hpr_cuts pieces;
+    hpr_cell part[HPR_POLYGON_MAX];
+    double sum[l->count];
+    cut_at_contacts(l, cell, &pieces);
+    for (int p = 0; p < pieces.count && pieces.count > 1; p++) {
+        int count = hpr_cuts_fan(&pieces.piece[p], part);
+        for (int i = 0; i < count; i++) {
+            integrate_cell(l, &part[i], sum);
+            refine(l, &part[i], sum, depth + 1);
+        }
+    }
+    return pieces.count > 1;
+}
+
+static void refine(leaf_integral *l, const hpr_cell *cell, const double *whole, int depth)
+{
+    hpr_cell part[4];
+    double sum[4][l->count], worst = 0;
+    quarter(cell, part);
+    for (int i = 0; i < 4; i++)
+        integrate_cell(l, &part[i], sum[i]);
+    for (size_t k = 0; k < l->count; k++)
+        worst = fmax(worst, fabs(whole[k] - sum[0][k] - sum[1][k] - sum[2][k] - sum[3][k]));
+    if (worst > l->allowed && depth < MAX_DEPTH && l->cells < MAX_CELLS) {
+        /* Smooth leaves, and most of a closed view, do not get so far as to be cut. */
+        bool cut = depth == CUTTING_DEPTH && refine_pieces(l, cell, depth);
+        for (int i = 0; i < 4 && !cut; i++)
+            refine(l, &part[i], sum[i], depth + 1);
+        return;
+    }
+    l->error += worst;
+    for (size_t k = 0; k < 4 * l->count; k++)
+        l->moment[k % l->count] += sum[k / l->count][k % l->count];
 }
 
 static void by_clipping(leaf_integral *l)
 {
     static const double share = 0.25, least = 1e-6; /* of the tolerance, per cell; of a leaf in the open */
-    hpr_cuts pieces;
-    hpr_cell cell[HPR_POLYGON_MAX], all = hpr_cell_whole(l->frame.shape);
+    const hpr_cell all = hpr_cell_whole(l->frame.shape);
     double sum[l->count];
     l->nodes = 3 + l->frame.degree / 2;
     integrate_cell(l, &all, sum);
     l->allowed = share * fmax(l->p->tolerance * sum[0], least * sqrt(l->frame.area_m2));
-    cut_at_contacts(l, &pieces);
-    if (pieces.count == 1) {
-        refine(l, &all, sum, 0);
-        return;
-    }
-    for (int p = 0; p < pieces.count; p++) {
-        int count = hpr_cuts_fan(&pieces.piece[p], cell);
-        for (int i = 0; i < count; i++) {
-            integrate_cell(l, &cell[i], sum);
-            refine(l, &cell[i], sum, 0);
-        }
-    }
+    refine(l, &all, sum, 0);
 }
 
 /* Gauss points that are exact for a V of the leaf's own degree, so that only the rays err. */

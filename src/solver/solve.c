@@ -246,7 +246,7 @@ static hpr_status find_direct(hpr_solution *solution, const hpr_links *links, do
 /* V of the elements, and what it brings in; outside: [dofs] */
 static hpr_status add_environment(hpr_solution *solution, double *outside, double *direct)
 {
-    static const double tolerance = 1e-4, pi = 3.14159265358979323846;
+    static const double tolerance = 1e-3, pi = 3.14159265358979323846;
     size_t n = solution->channel_count, dofs = solution->summary.dof_count;
     hpr_environment *environment = NULL;
     hpr_environment_figures figures;

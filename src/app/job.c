@@ -84,7 +84,7 @@ cleanup:
 }
 
 hpr_status hpr_job_read_scene(hpr_job *job, const char *path, const hpr_read_options *options,
-                              hpr_job_environment environment, hpr_scene **scene)
+                              hpr_scene **scene)
 {
     hpr_status status = hpr_job_enter(job, HPR_JOB_READ);
     if (status != HPR_OK)
@@ -95,8 +95,6 @@ hpr_status hpr_job_read_scene(hpr_job *job, const char *path, const hpr_read_opt
     hpr_stage_begin(job->context, "read");
     status = hpr_scene_read(job->context, path, options, scene);
     hpr_stage_end(job->context);
-    if (status == HPR_OK && environment.count)
-        status = hpr_scene_set_environment(*scene, environment.count, environment.radiance);
     return status;
 }
 

@@ -32,17 +32,10 @@ void hpr_job_wrote(const hpr_job *job, const hpr_job_file *file);
 /* True if the file is a .glb with hprad's extension. False also if it cannot be read. */
 bool hpr_job_is_solution(const char *path);
 
-/* Radiance from outside as the options of jobs have it; borrowed. */
-typedef struct hpr_job_environment {
-    size_t count; /* 0: none */
-    const double *radiance;
-} hpr_job_environment;
-
-/* Reads a scene and sets its environment. Errors: those of hpr_scene_read and hpr_scene_set_environment;
- * HPR_ERR_FORMAT if the file is a solution: its picture of
+/* Reads a scene. Errors: those of hpr_scene_read; HPR_ERR_FORMAT if the file is a solution: its picture of
  * itself is no scene to solve. */
 hpr_status hpr_job_read_scene(hpr_job *job, const char *path, const hpr_read_options *options,
-                              hpr_job_environment environment, hpr_scene **scene);
+                              hpr_scene **scene);
 
 /* Solves; fills summary and solve_seconds of the result. */
 hpr_status hpr_job_run_solve(hpr_job *job, const hpr_scene *scene, const hpr_solve_options *options,

@@ -116,8 +116,7 @@ static hpr_status read_vs3(work *w)
 static hpr_status read_gltf(work *w)
 {
     hpr_scene *scene = NULL;
-    hpr_status status =
-        hpr_job_read_scene(&w->job, w->model_path, &w->options->read, (hpr_job_environment){0}, &scene);
+    hpr_status status = hpr_job_read_scene(&w->job, w->model_path, &w->options->read, &scene);
     if (status == HPR_OK)
         status = hpr_rows_of_scene(scene, &w->rows);
     hpr_scene_destroy(&scene);

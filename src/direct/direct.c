@@ -2,12 +2,12 @@
 
 #include "direct/lambert.h"
 #include "direct/visible.h"
-#include "visibility/visibility.h"
+#include "visibility/views.h"
 
 #include <string.h>
 
-/* Beyond these the lists cost more than the light is worth; chosen so that they take well under a second. */
-enum { MAX_EMITTERS = 16, MAX_PATCHES = 512 };
+/* Each is clipped at every point. */
+enum { MAX_EMITTERS = 16 };
 
 /* How a leaf sees an emitter. */
 typedef struct sight {
@@ -19,13 +19,13 @@ struct hpr_direct {
     hpr_context *context;
     const hpr_patches *patches;
     const hpr_elements *elements;
-    hpr_convex *outline; /* [patch_count] */
+    hpr_visibility *visibility;
     size_t emitter_count;
     uint32_t *emitter; /* [emitter_count] patches with M > 0 */
+    hpr_convex *light; /* [emitter_count] their outlines */
     sight *sights;     /* [leaf_count][emitter_count] */
     uint32_t *blocker;
     size_t blocker_count, blocker_capacity;
-    hpr_visibility *visibility;
     double size; /* of the scene */
 };
 
@@ -48,7 +48,7 @@ static size_t count_emitters(const hpr_patches *patches)
 
 bool hpr_direct_affordable(const hpr_patches *patches)
 {
-    return patches->count <= MAX_PATCHES && count_emitters(patches) <= MAX_EMITTERS;
+    return count_emitters(patches) <= MAX_EMITTERS;
 }
 
 void hpr_direct_destroy(hpr_direct **out)
@@ -58,17 +58,11 @@ void hpr_direct_destroy(hpr_direct **out)
         return;
     hpr_context *ctx = direct->context;
     hpr_visibility_destroy(&direct->visibility);
-    void *arrays[] = {direct->outline, direct->emitter, direct->sights, direct->blocker};
+    void *arrays[] = {direct->light, direct->emitter, direct->sights, direct->blocker};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
         hpr_release(ctx, arrays[i]);
     hpr_release(ctx, direct);
     *out = NULL;
-}
-
-static void patch_facet(const hpr_patches *patches, size_t patch, hpr_facet *facet)
-{
-    facet->corner_count = hpr_patch_corners(patches, patch, facet->corner);
-    memcpy(facet->normal, patches->normal + 3 * patch, sizeof facet->normal);
 }
 
 static void leaf_facet(const hpr_direct *direct, size_t leaf, hpr_facet *facet)
@@ -92,11 +86,10 @@ static void leaf_facet(const hpr_direct *direct, size_t leaf, hpr_facet *facet)
 static hpr_status look(hpr_direct *direct, size_t leaf, size_t emitter, const uint32_t *candidates,
                        size_t candidate_count, uint32_t *found)
 {
-    hpr_facet own, light;
+    hpr_facet own, light = hpr_patch_facet(direct->patches, direct->emitter[emitter]);
     size_t count = 0;
     sight *it = &direct->sights[leaf * direct->emitter_count + emitter];
     leaf_facet(direct, leaf, &own);
-    patch_facet(direct->patches, direct->emitter[emitter], &light);
     it->verdict = (uint8_t)hpr_visibility_classify(direct->visibility, &own, &light, candidates,
                                                    candidate_count, found, &count);
     hpr_status status = hpr_grow(direct->context, &direct->blocker, &direct->blocker_capacity,
@@ -111,18 +104,12 @@ static hpr_status look(hpr_direct *direct, size_t leaf, size_t emitter, const ui
     return HPR_OK;
 }
 
-static hpr_status look_from_patch(hpr_direct *direct, size_t patch, size_t emitter, uint32_t *candidates,
-                                  uint32_t *found)
+static hpr_status look_from_patch(hpr_direct *direct, const hpr_views *views, size_t patch, size_t emitter,
+                                  uint32_t *candidates, uint32_t *found)
 {
     const hpr_elements *e = direct->elements;
-    hpr_facet own, light;
     size_t count = 0;
-    patch_facet(direct->patches, patch, &own);
-    patch_facet(direct->patches, direct->emitter[emitter], &light);
-    hpr_verdict verdict =
-        patch == direct->emitter[emitter]
-            ? HPR_SEES_NOTHING
-            : hpr_visibility_classify(direct->visibility, &own, &light, NULL, 0, candidates, &count);
+    hpr_verdict verdict = hpr_views_classify(views, patch, direct->emitter[emitter], candidates, &count);
     hpr_status status = HPR_OK;
     for (size_t leaf = e->patch_leaf[patch]; status == HPR_OK && leaf < e->patch_leaf[patch + 1]; leaf++) {
         if (verdict == HPR_SEES_NOTHING)
@@ -137,32 +124,46 @@ static hpr_status look_everywhere(hpr_direct *direct)
 {
     hpr_context *ctx = direct->context;
     size_t patches = direct->patches->count;
+    hpr_views *views = NULL;
+    bool *wanted = NULL;
     uint32_t *candidates = NULL, *found = NULL;
     hpr_status status = hpr_visibility_create(direct->patches, &direct->visibility);
+    if (status != HPR_OK)
+        return status;
+    size_t occluders = hpr_visibility_occluder_count(direct->visibility);
+    status = hpr_allocate_into(ctx, &wanted, patches, sizeof *wanted, "direct light");
+    for (size_t k = 0; status == HPR_OK && k < direct->emitter_count; k++)
+        wanted[direct->emitter[k]] = true;
     if (status == HPR_OK)
-        status = hpr_allocate_into(ctx, &candidates, patches, sizeof *candidates, "direct light");
+        status = hpr_views_create(direct->visibility, wanted, &views);
     if (status == HPR_OK)
-        status = hpr_allocate_into(ctx, &found, patches, sizeof *found, "direct light");
+        status = hpr_allocate_into(ctx, &candidates, occluders, sizeof *candidates, "direct light");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &found, occluders, sizeof *found, "direct light");
     for (size_t patch = 0; status == HPR_OK && patch < patches; patch++) {
         for (size_t emitter = 0; status == HPR_OK && emitter < direct->emitter_count; emitter++)
-            status = look_from_patch(direct, patch, emitter, candidates, found);
+            status = look_from_patch(direct, views, patch, emitter, candidates, found);
     }
+    hpr_views_destroy(&views);
+    hpr_release(ctx, wanted);
     hpr_release(ctx, candidates);
     hpr_release(ctx, found);
     return status;
 }
 
-static void set_outlines(hpr_direct *direct)
+static void set_emitters(hpr_direct *direct)
 {
     double centre[3];
     direct->size = 2 * hpr_patches_radius(direct->patches, centre);
     for (size_t i = 0, next = 0; i < direct->patches->count; i++) {
         double corner[4][3];
-        direct->outline[i].count = (int)hpr_patch_corners(direct->patches, i, corner);
-        for (int k = 0; k < direct->outline[i].count; k++)
-            direct->outline[i].corner[k] = hpr_vec3_load(corner[k]);
-        if (emits(direct->patches, i))
-            direct->emitter[next++] = (uint32_t)i;
+        if (!emits(direct->patches, i))
+            continue;
+        hpr_convex *light = &direct->light[next];
+        light->count = (int)hpr_patch_corners(direct->patches, i, corner);
+        for (int k = 0; k < light->count; k++)
+            light->corner[k] = hpr_vec3_load(corner[k]);
+        direct->emitter[next++] = (uint32_t)i;
     }
 }
 
@@ -179,7 +180,7 @@ hpr_status hpr_direct_create(const hpr_patches *patches, const hpr_elements *ele
     direct->elements = elements;
     direct->emitter_count = count_emitters(patches);
     status =
-        hpr_allocate_into(ctx, &direct->outline, patches->count, sizeof *direct->outline, "direct light");
+        hpr_allocate_into(ctx, &direct->light, direct->emitter_count, sizeof *direct->light, "direct light");
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &direct->emitter, direct->emitter_count, sizeof *direct->emitter,
                                    "direct light");
@@ -187,7 +188,7 @@ hpr_status hpr_direct_create(const hpr_patches *patches, const hpr_elements *ele
         status = hpr_allocate_into(ctx, &direct->sights, elements->leaf_count * direct->emitter_count,
                                    sizeof *direct->sights, "direct light");
     if (status == HPR_OK) {
-        set_outlines(direct);
+        set_emitters(direct);
         status = look_everywhere(direct);
     }
     if (status != HPR_OK)
@@ -254,16 +255,16 @@ static hpr_vec3 limit_point(const hpr_direct *direct, size_t leaf, double s, dou
     return leaf_point(direct->elements, node, s + inward * (middle - s), t + inward * (middle - t));
 }
 
-static double seen_fraction(const hpr_direct *direct, const sight *it, size_t emitter, hpr_vec3 x,
-                            hpr_vec3 normal)
+/* k: index of the emitter in direct->emitter. */
+static double seen_fraction(const hpr_direct *direct, const sight *it, size_t k, hpr_vec3 x, hpr_vec3 normal)
 {
-    const hpr_convex *light = &direct->outline[emitter];
-    hpr_vec3 light_normal = hpr_vec3_load(direct->patches->normal + 3 * emitter);
+    const hpr_convex *light = &direct->light[k];
+    hpr_vec3 light_normal = hpr_vec3_load(direct->patches->normal + 3 * (size_t)direct->emitter[k]);
     if (hpr_dot(light_normal, hpr_sub(x, light->corner[0])) <= 0)
         return 0; /* behind the emitter */
     hpr_visible visible;
-    hpr_visible_part(x, light, light_normal, direct->outline, direct->blocker + it->first, (int)it->count,
-                     &visible);
+    hpr_visible_part(x, light, light_normal, hpr_visibility_outlines(direct->visibility),
+                     direct->blocker + it->first, (int)it->count, &visible);
     return hpr_visible_fraction(normal, &visible);
 }
 
@@ -278,7 +279,7 @@ void hpr_direct_add(const hpr_direct *direct, size_t leaf, double s, double t, d
         if (it->verdict == HPR_SEES_NOTHING)
             continue;
         size_t emitter = direct->emitter[k];
-        double fraction = seen_fraction(direct, it, emitter, x, normal);
+        double fraction = seen_fraction(direct, it, k, x, normal);
         for (size_t c = 0; c < n; c++)
             irradiance[c] += fraction * patches->exitance[n * emitter + c];
     }

@@ -16,7 +16,7 @@ typedef struct hpr_direct hpr_direct;
 bool hpr_direct_affordable(const hpr_patches *patches);
 
 /*
- * For each leaf and each emitter: cannot see it, sees it wholly, or the list of patches that may come
+ * For each leaf and each emitter: cannot see it, sees it wholly, or the list of occluders that may come
  * between. Borrows patches and elements. Errors: HPR_ERR_MEMORY, HPR_ERR_DEVICE.
  */
 hpr_status hpr_direct_create(const hpr_patches *patches, const hpr_elements *elements, hpr_direct **direct);

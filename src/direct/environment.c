@@ -7,11 +7,11 @@
 #include <string.h>
 
 enum {
-    MAX_PATCHES = 512,             /* beyond, a point costs milliseconds */
-    MAX_CORNERS = 4 * MAX_PATCHES, /* of all occluders */
-    FEW = 64,                      /* occluders in a cone that are clipped */
-    MAX_CONES = 4096,              /* per point */
-    MAX_DEPTH = 40,                /* halvings of a cone */
+    MAX_OCCLUDERS = 512, /* beyond, a point costs milliseconds */
+    MAX_CORNERS = 3072,  /* of all of them */
+    FEW = 64,            /* occluders in a cone that are clipped */
+    MAX_CONES = 4096,    /* per point */
+    MAX_DEPTH = 40,      /* halvings of a cone */
 };
 
 struct hpr_environment {
@@ -25,9 +25,12 @@ struct hpr_environment {
     double size, slack;  /* of the scene; distance below which points are the same, metres */
 };
 
-bool hpr_environment_affordable(const hpr_patches *patches)
+bool hpr_environment_affordable(const hpr_environment *environment)
 {
-    return patches->count <= MAX_PATCHES;
+    int corners = 0;
+    for (size_t i = 0; i < environment->occluder_count && corners <= MAX_CORNERS; i++)
+        corners += environment->outline[i].count;
+    return environment->occluder_count <= MAX_OCCLUDERS && corners <= MAX_CORNERS;
 }
 
 void hpr_environment_destroy(hpr_environment **out)
@@ -79,15 +82,8 @@ static void set_occluders(hpr_environment *environment)
         largest = fmax(largest, fabs(centre[k]) + radius);
     environment->size = 2 * radius;
     environment->slack = 1e-12 * radius + 8 * DBL_EPSILON * largest;
-    for (size_t i = 0; i < patches->count; i++) {
-        double corner[4][3];
-        if (patches->twin[i] != HPR_NONE && patches->side[i] != 0)
-            continue;
-        hpr_convex *outline = &environment->outline[environment->occluder_count++];
-        outline->count = (int)hpr_patch_corners(patches, i, corner);
-        for (int k = 0; k < outline->count; k++)
-            outline->corner[k] = hpr_vec3_load(corner[k]);
-    }
+    memcpy(environment->outline, hpr_visibility_outlines(environment->visibility),
+           environment->occluder_count * sizeof *environment->outline);
     qsort(environment->outline, environment->occluder_count, sizeof *environment->outline, compare_outlines);
     for (size_t i = 0; i < environment->occluder_count; i++)
         environment->normal[i] = unit(outline_vector(&environment->outline[i]));
@@ -108,11 +104,13 @@ hpr_status hpr_environment_create(const hpr_patches *patches, const hpr_elements
     environment->elements = elements;
     status = hpr_visibility_create(patches, &environment->visibility);
     if (status == HPR_OK)
-        status =
-            hpr_allocate_into(ctx, &environment->outline, patches->count, sizeof *environment->outline, what);
+        environment->occluder_count = hpr_visibility_occluder_count(environment->visibility);
     if (status == HPR_OK)
-        status =
-            hpr_allocate_into(ctx, &environment->normal, patches->count, sizeof *environment->normal, what);
+        status = hpr_allocate_into(ctx, &environment->outline, environment->occluder_count,
+                                   sizeof *environment->outline, what);
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &environment->normal, environment->occluder_count,
+                                   sizeof *environment->normal, what);
     if (status == HPR_OK)
         set_occluders(environment);
     else
@@ -141,7 +139,7 @@ typedef struct shape {
 typedef struct view {
     hpr_vec3 normal; /* of the receiver */
     int count;
-    shape shape[MAX_PATCHES];
+    shape shape[MAX_OCCLUDERS];
     hpr_vec3 corner[MAX_CORNERS], plane[MAX_CORNERS]; /* planes: length 1 */
     int cones;
     double unresolved;
@@ -201,6 +199,7 @@ static relation relate(const view *v, const cone *it, const shape *s)
 static bool clip_cone(view *v, const cone *it, const uint16_t *listed, int count, double *part)
 {
     v->visible.count = 1;
+    v->visible.whole = true;
     v->visible.piece[0].count = 3;
     memcpy(v->visible.piece[0].corner, it->corner, sizeof it->corner);
     for (int i = 0; i < count && v->visible.count > 0; i++) {
@@ -235,7 +234,7 @@ static double guess_cone(view *v, const cone *it, const uint16_t *listed, int co
 
 static double open_part(view *v, const cone *it, const uint16_t *listed, int count, int depth)
 {
-    uint16_t left[MAX_PATCHES];
+    uint16_t left[MAX_OCCLUDERS];
     int left_count = 0;
     v->cones++;
     for (int i = 0; i < count; i++) {
@@ -295,7 +294,7 @@ hpr_opening hpr_environment_opening(const hpr_environment *environment, size_t p
     static const double closed = 1e-12; /* what rounding leaves of a closed view */
     const hpr_patches *patches = environment->patches;
     view v; /* large, and what is not set here is never read */
-    uint16_t listed[MAX_PATCHES];
+    uint16_t listed[MAX_OCCLUDERS];
     int next = 0;
     v.normal = hpr_vec3_load(patches->normal + 3 * patch);
     v.count = v.cones = 0;
@@ -359,7 +358,7 @@ hpr_opening hpr_environment_sample(const hpr_environment *environment, size_t pa
 /* In the closed polygon, to within `reach`. */
 static bool touches(const hpr_convex *outline, hpr_vec3 normal, hpr_vec3 point, double reach)
 {
-    if (fabs(hpr_dot(normal, hpr_sub(point, outline->corner[0]))) > reach)
+    if (!(fabs(hpr_dot(normal, hpr_sub(point, outline->corner[0]))) <= reach))
         return false;
     for (int i = 0; i < outline->count; i++) {
         hpr_vec3 from = outline->corner[i], along = hpr_sub(outline->corner[(i + 1) % outline->count], from);

@@ -12,14 +12,14 @@
 
 typedef struct hpr_environment hpr_environment;
 
-/* True if V can be clipped exactly at every point; else it is sampled, and D goes through the basis. Then
- * so do lamps (hpr_direct_affordable). */
-bool hpr_environment_affordable(const hpr_patches *patches);
-
 /* Borrows patches and elements. Errors: HPR_ERR_MEMORY, HPR_ERR_DEVICE. */
 hpr_status hpr_environment_create(const hpr_patches *patches, const hpr_elements *elements,
                                   hpr_environment **environment);
 void hpr_environment_destroy(hpr_environment **environment);
+
+/* True if V can be clipped at every point: there are few enough occluders. Else it is sampled, and D goes
+ * through the basis. */
+bool hpr_environment_affordable(const hpr_environment *environment);
 
 const hpr_visibility *hpr_environment_visibility(const hpr_environment *environment);
 

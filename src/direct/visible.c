@@ -2,6 +2,8 @@
 
 #include "direct/lambert.h"
 
+#include <string.h>
+
 /* The part of `in` where sign * (plane . x) >= offset. */
 static void cut(const hpr_convex *in, hpr_vec3 plane, double sign, double offset, hpr_convex *out)
 {
@@ -16,6 +18,13 @@ static void cut(const hpr_convex *in, hpr_vec3 plane, double sign, double offset
     }
     if (out->count < 3)
         out->count = 0;
+}
+
+/* Without the unused corners. */
+static void copy(hpr_convex *to, const hpr_convex *from)
+{
+    to->count = from->count;
+    memcpy(to->corner, from->corner, (size_t)from->count * sizeof *to->corner);
 }
 
 int hpr_visible_pyramid(const hpr_convex *blocker, hpr_vec3 *plane)
@@ -38,16 +47,17 @@ int hpr_visible_pyramid(const hpr_convex *blocker, hpr_vec3 *plane)
     return count;
 }
 
-static bool misses(const hpr_convex *piece, const hpr_vec3 *plane, int plane_count)
+/* No corner is inside some plane: the pyramid leaves the piece alone. */
+static bool apart(const hpr_convex *piece, const hpr_vec3 *plane, int plane_count)
 {
     for (int k = 0; k < plane_count; k++) {
-        int i = 0;
-        while (i < piece->count && hpr_dot(plane[k], piece->corner[i]) <= 0)
-            i++;
-        if (i == piece->count)
+        bool inside = false;
+        for (int i = 0; i < piece->count && !inside; i++)
+            inside = hpr_dot(plane[k], piece->corner[i]) > 0;
+        if (!inside)
             return true;
     }
-    return false;
+    return plane_count == 0;
 }
 
 /* Of every piece, what is outside plane k and inside the planes before it stays. */
@@ -56,26 +66,28 @@ bool hpr_visible_subtract(hpr_visible *visible, const hpr_vec3 *plane, int plane
     int before = visible->count;
     bool complete = true;
     for (int i = before - 1; i >= 0; i--) {
-        if (misses(&visible->piece[i], plane, plane_count))
+        if (apart(&visible->piece[i], plane, plane_count))
             continue;
-        hpr_convex rest = visible->piece[i], outside[HPR_VISIBLE_CORNERS];
+        hpr_convex inside[2], outside[HPR_VISIBLE_CORNERS];
+        const hpr_convex *rest = &visible->piece[i];
         int outside_count = 0;
-        for (int k = 0; k < plane_count && rest.count; k++) {
-            hpr_convex inside;
-            cut(&rest, plane[k], -1, 0, &outside[outside_count]);
+        for (int k = 0; k < plane_count && rest->count; k++) {
+            cut(rest, plane[k], -1, 0, &outside[outside_count]);
             outside_count += outside[outside_count].count > 0;
-            cut(&rest, plane[k], 1, 0, &inside);
-            rest = inside;
+            cut(rest, plane[k], 1, 0, &inside[k % 2]);
+            rest = &inside[k % 2];
         }
-        if (rest.count == 0)
+        if (rest->count == 0)
             continue; /* untouched */
         if (visible->count - 1 + outside_count > HPR_VISIBLE_PIECES) {
             complete = false;
             continue;
         }
-        visible->piece[i] = visible->piece[--visible->count];
+        visible->whole = false;
+        if (i != --visible->count)
+            copy(&visible->piece[i], &visible->piece[visible->count]);
         for (int k = 0; k < outside_count; k++)
-            visible->piece[visible->count++] = outside[k];
+            copy(&visible->piece[visible->count++], &outside[k]);
     }
     return complete;
 }
@@ -86,6 +98,7 @@ bool hpr_visible_part(hpr_vec3 point, const hpr_convex *sender, hpr_vec3 normal,
     static const double in_plane =
         1e-13; /* of the distance: a blocker lying on the sender's plane hides nothing */
     visible->count = 1;
+    visible->whole = true;
     visible->piece[0].count = sender->count;
     for (int i = 0; i < sender->count; i++)
         visible->piece[0].corner[i] = hpr_sub(sender->corner[i], point);
@@ -93,7 +106,8 @@ bool hpr_visible_part(hpr_vec3 point, const hpr_convex *sender, hpr_vec3 normal,
     bool complete = true;
     for (int b = 0; b < blocker_count && visible->count > 0; b++) {
         const hpr_convex *other = &outline[blocker ? blocker[b] : (uint32_t)b];
-        hpr_convex relative = {.count = other->count}, between;
+        hpr_convex relative, between;
+        relative.count = other->count;
         hpr_vec3 plane[HPR_VISIBLE_CORNERS];
         for (int i = 0; i < relative.count; i++)
             relative.corner[i] = hpr_sub(other->corner[i], point);

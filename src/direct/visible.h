@@ -6,20 +6,16 @@
 #ifndef HPR_DIRECT_VISIBLE_H
 #define HPR_DIRECT_VISIBLE_H
 
-#include "math/vec3.h"
+#include "math/convex.h"
 
 #include <stdbool.h>
 #include <stdint.h>
 
-enum { HPR_VISIBLE_CORNERS = 24, HPR_VISIBLE_PIECES = 64 };
-
-typedef struct hpr_convex {
-    int count;
-    hpr_vec3 corner[HPR_VISIBLE_CORNERS];
-} hpr_convex;
+enum { HPR_VISIBLE_CORNERS = HPR_CONVEX_CORNERS, HPR_VISIBLE_PIECES = 64 };
 
 typedef struct hpr_visible {
     int count;
+    bool whole; /* nothing was cut out */
     hpr_convex piece[HPR_VISIBLE_PIECES];
 } hpr_visible;
 

@@ -1,6 +1,5 @@
 /* Reads what solution_write.c describes, believing nothing: every size, index and number is checked before it
  * is used, so that a solution that was read is as sound as one that was solved. */
-#include "direct/environment.h"
 #include "io/glb.h"
 #include "io/json_text.h"
 #include "io/solution_format.h"
@@ -425,7 +424,7 @@ static hpr_status read_figures(reader *r)
         read_fields(r, member(r->extension, "summary"), "summary", &solution->summary, fields, count);
     int mode = solution->summary.environment;
     if (status == HPR_OK && mode != HPR_ENVIRONMENT_NONE && mode != HPR_ENVIRONMENT_GALERKIN &&
-        !(mode == HPR_ENVIRONMENT_EXACT && hpr_environment_affordable(solution->patches)))
+        mode != HPR_ENVIRONMENT_EXACT)
         status = broken(r, "summary: environment is not sound");
     if (status == HPR_OK &&
         (!cJSON_IsArray(energy) || (size_t)cJSON_GetArraySize(energy) != r->sizes.channels))

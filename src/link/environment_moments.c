@@ -7,10 +7,11 @@
 #include <string.h>
 
 enum {
-    CUTTING_DEPTH = 1, /* cells of this depth are cut at contacts */
-    MAX_DEPTH = 12,    /* quarterings of a cell */
-    MAX_CELLS = 2000, /* of a leaf */
-    RAYS = 1 << 23,   /* about so many in all, but LEAST_SIDE^2 per lattice of each point at least */
+    MAX_CLOSED_PATCHES = 512, /* whether a patch is unobstructed takes a look at all pairs of others */
+    CUTTING_DEPTH = 1,        /* cells of this depth are cut at contacts */
+    MAX_DEPTH = 12,           /* quarterings of a cell */
+    MAX_CELLS = 2000,         /* of a leaf */
+    RAYS = 1 << 23,           /* about so many in all, but LEAST_SIDE^2 per lattice of each point at least */
     LEAST_SIDE = 4,
     MOST_SIDE = 32
 };
@@ -24,13 +25,14 @@ typedef struct worker {
 
 typedef struct projection {
     const hpr_environment *environment;
+    const hpr_coverage *coverage;
     const hpr_patches *patches;
     const hpr_elements *elements;
     hpr_quadrature *quadrature;
     hpr_gauss_table *gauss;
     double tolerance;
     int side;           /* of sampled points */
-    uint8_t *treatment; /* [patches] */
+    uint8_t *treatment; /* [leaves] */
     double *error;      /* [leaves] of the mean of V */
     double *moment;
 } projection;
@@ -112,24 +114,34 @@ static void add_value(const leaf_integral *l, double s, double t, double weight,
         sum[k] += factor * basis[k];
 }
 
+/* Gauss point `index` of nodes x nodes in a cell; weight in the leaf's parameter measure. */
+typedef struct cell_point {
+    double s, t, weight;
+} cell_point;
+
+static cell_point point_of_cell(const hpr_gauss_table *gauss, const hpr_cell *cell, int nodes, int index)
+{
+    bool triangle = cell->shape == HPR_SHAPE_TRIANGLE;
+    const hpr_gauss_rule *along = &gauss->legendre[nodes];
+    const hpr_gauss_rule *across = triangle ? &gauss->jacobi[nodes] : along;
+    double area = fabs(cell->edge1[0] * cell->edge2[1] - cell->edge1[1] * cell->edge2[0]);
+    double b = across->node[index / nodes], a = along->node[index % nodes] * (triangle ? 1 - b : 1);
+    return (cell_point){cell->origin[0] + a * cell->edge1[0] + b * cell->edge2[0],
+                        cell->origin[1] + a * cell->edge1[1] + b * cell->edge2[1],
+                        area * across->weight[index / nodes] * along->weight[index % nodes]};
+}
+
 static void integrate_cell(leaf_integral *l, const hpr_cell *cell, double *sum)
 {
     const projection *p = l->p;
-    bool triangle = cell->shape == HPR_SHAPE_TRIANGLE;
-    const hpr_gauss_rule *along = &p->gauss->legendre[l->nodes];
-    const hpr_gauss_rule *across = triangle ? &p->gauss->jacobi[l->nodes] : along;
-    double area = fabs(cell->edge1[0] * cell->edge2[1] - cell->edge1[1] * cell->edge2[0]);
     memset(sum, 0, l->count * sizeof *sum);
     l->cells++;
     for (int k = 0; k < l->nodes * l->nodes; k++) {
-        double b = across->node[k / l->nodes], a = along->node[k % l->nodes] * (triangle ? 1 - b : 1);
-        double s = cell->origin[0] + a * cell->edge1[0] + b * cell->edge2[0];
-        double t = cell->origin[1] + a * cell->edge1[1] + b * cell->edge2[1];
-        double weight = area * across->weight[k / l->nodes] * along->weight[k % l->nodes];
+        cell_point x = point_of_cell(p->gauss, cell, l->nodes, k);
         hpr_opening opening =
-            hpr_environment_opening(p->environment, l->patch, hpr_frame_point(&l->frame, s, t));
-        add_value(l, s, t, weight * opening.part, sum);
-        l->error += weight * opening.error * sqrt(l->frame.area_m2);
+            hpr_environment_opening(p->environment, l->patch, hpr_frame_point(&l->frame, x.s, x.t));
+        add_value(l, x.s, x.t, x.weight * opening.part, sum);
+        l->error += x.weight * opening.error * sqrt(l->frame.area_m2);
         l->worker->counts[HPR_COUNT_CLIPS]++;
     }
 }
@@ -255,37 +267,73 @@ static void refine(leaf_integral *l, const hpr_cell *cell, const double *whole, 
         l->moment[k % l->count] += sum[k / l->count][k % l->count];
 }
 
+/* The cells of the leaf's open part, up to `room` of them; their number. */
+static int open_cells(const leaf_integral *l, hpr_cell *cell, int room)
+{
+    int parts, count = 0;
+    const hpr_polygon *part = hpr_coverage_parts(l->p->coverage, l->leaf, &parts);
+    if (!part)
+        cell[count++] = hpr_cell_whole(l->frame.shape);
+    for (int i = 0; i < parts && count + HPR_POLYGON_MAX <= room; i++)
+        count += hpr_cuts_fan(&part[i], cell + count);
+    return count;
+}
+
+enum { MAX_OPEN_CELLS = 16 * HPR_POLYGON_MAX };
+
 static void by_clipping(leaf_integral *l)
 {
     static const double share = 0.25, least = 1e-6; /* of the tolerance, per cell; of a leaf in the open */
-    const hpr_cell all = hpr_cell_whole(l->frame.shape);
-    double sum[l->count];
+    hpr_cell cell[MAX_OPEN_CELLS];
+    int count = open_cells(l, cell, MAX_OPEN_CELLS);
+    double sum[l->count], total = 0;
     l->nodes = 3 + l->frame.degree / 2;
-    integrate_cell(l, &all, sum);
-    l->allowed = share * fmax(l->p->tolerance * sum[0], least * sqrt(l->frame.area_m2));
-    refine(l, &all, sum, 0);
+    for (int i = 0; i < count; i++) {
+        integrate_cell(l, &cell[i], sum);
+        total += sum[0];
+    }
+    l->allowed = share * fmax(l->p->tolerance * total, least * sqrt(l->frame.area_m2));
+    for (int i = 0; i < count; i++) {
+        if (count > 1)
+            integrate_cell(l, &cell[i], sum);
+        refine(l, &cell[i], sum, 0);
+    }
 }
 
-/* Gauss points that are exact for a V of the leaf's own degree, so that only the rays err. */
-static void by_rays(leaf_integral *l)
+/* Rays from nodes x nodes points of a cell: adds to the moments, returns the square of the standard error of
+ * the first. */
+static double sample_cell(leaf_integral *l, const hpr_cell *cell, int nodes, uint64_t seed, double *sum)
 {
     const projection *p = l->p;
-    bool triangle = l->frame.shape == HPR_SHAPE_TRIANGLE;
-    int nodes = l->frame.degree + 1;
-    const hpr_gauss_rule *along = &p->gauss->legendre[nodes];
-    const hpr_gauss_rule *across = triangle ? &p->gauss->jacobi[nodes] : along;
-    double square = 0;
+    double square = 0, area = l->frame.area_m2;
     for (int k = 0; k < nodes * nodes; k++) {
-        double t = across->node[k / nodes], s = along->node[k % nodes] * (triangle ? 1 - t : 1);
-        double weight = across->weight[k / nodes] * along->weight[k % nodes];
-        uint64_t seed = (uint64_t)l->leaf * (uint64_t)(nodes * nodes) + (uint64_t)k;
-        hpr_opening opening =
-            hpr_environment_sample(p->environment, l->patch, hpr_frame_point(&l->frame, s, t), p->side, seed);
-        add_value(l, s, t, weight * opening.part, l->moment);
-        square += pow((triangle ? 2 : 1) * weight * opening.error, 2);
+        cell_point x = point_of_cell(p->gauss, cell, nodes, k);
+        hpr_opening opening = hpr_environment_sample(
+            p->environment, l->patch, hpr_frame_point(&l->frame, x.s, x.t), p->side, seed + (uint64_t)k);
+        double part = x.weight * (l->frame.shape == HPR_SHAPE_TRIANGLE ? 2 : 1);
+        add_value(l, x.s, x.t, x.weight * opening.part, sum);
+        square += part * part * opening.error * opening.error * area;
     }
-    l->error = sqrt(square * l->frame.area_m2);
     l->worker->counts[HPR_COUNT_RAYS] += (uint64_t)(4 * p->side * p->side * nodes * nodes);
+    return square;
+}
+
+/* The mean of two Gauss rules, each exact for a V of the leaf's own degree; what they differ by shows what
+ * the points miss. */
+static void by_rays(leaf_integral *l)
+{
+    hpr_cell cell[MAX_OPEN_CELLS];
+    int count = open_cells(l, cell, MAX_OPEN_CELLS), nodes = l->frame.degree + 1;
+    uint64_t seed = (uint64_t)l->leaf * MAX_OPEN_CELLS * 1000;
+    double sum[2][l->count], square = 0;
+    memset(sum, 0, sizeof sum);
+    for (int i = 0; i < count; i++) {
+        for (int rule = 0; rule < 2; rule++, seed += 500)
+            square += sample_cell(l, &cell[i], nodes + rule, seed, sum[rule]) / 4;
+    }
+    for (size_t k = 0; k < l->count; k++)
+        l->moment[k] += (sum[0][k] + sum[1][k]) / 2;
+    l->error = sqrt(square + pow((sum[0][0] - sum[1][0]) / 2, 2));
 }
 
 static void integrate_leaf(const projection *p, worker *w, size_t leaf)
@@ -298,31 +346,45 @@ static void integrate_leaf(const projection *p, worker *w, size_t leaf)
                        .leaf = leaf,
                        .count = e->dof[leaf + 1] - e->dof[leaf],
                        .moment = p->moment + e->dof[leaf]};
-    if (p->treatment[l.patch] == CLOSED_FORM)
+    if (p->treatment[leaf] == CLOSED_FORM)
         by_closure(&l);
-    else if (p->treatment[l.patch] == CLIPPED)
+    else if (p->treatment[leaf] == CLIPPED)
         by_clipping(&l);
     else
         by_rays(&l);
     p->error[leaf] = l.error / sqrt(l.frame.area_m2);
 }
 
-static void treat(const projection *p, worker *workers, hpr_context *ctx)
+static void choose_treatments(const projection *p, size_t patch)
 {
     const hpr_visibility *visibility = hpr_environment_visibility(p->environment);
-    bool affordable = hpr_environment_affordable(p->patches);
     const hpr_elements *e = p->elements;
+    bool unobstructed =
+        p->patches->count <= MAX_CLOSED_PATCHES && hpr_visibility_unobstructed(visibility, patch);
+    for (size_t leaf = e->patch_leaf[patch]; leaf < e->patch_leaf[patch + 1]; leaf++) {
+        int parts;
+        bool whole = !hpr_coverage_parts(p->coverage, leaf, &parts);
+        p->treatment[leaf] = !hpr_environment_affordable(p->environment) ? SAMPLED
+                             : unobstructed && whole                     ? CLOSED_FORM
+                                                                         : CLIPPED;
+    }
+}
+
+static void treat(const projection *p, worker *workers, hpr_context *ctx)
+{
+    size_t done = 0, count = p->elements->leaf_count;
 #pragma omp parallel num_threads(hpr_context_threads(ctx))
     {
 #pragma omp for schedule(dynamic, 1)
         for (size_t i = 0; i < p->patches->count; i++)
-            p->treatment[i] = !affordable                                  ? SAMPLED
-                              : hpr_visibility_unobstructed(visibility, i) ? CLOSED_FORM
-                                                                           : CLIPPED;
+            choose_treatments(p, i);
 #pragma omp for schedule(dynamic, 1)
-        for (size_t leaf = 0; leaf < e->leaf_count; leaf++) {
-            if (!hpr_cancelled(ctx))
-                integrate_leaf(p, &workers[omp_get_thread_num()], leaf);
+        for (size_t leaf = 0; leaf < count; leaf++) {
+            if (hpr_cancelled(ctx))
+                continue;
+            integrate_leaf(p, &workers[omp_get_thread_num()], leaf);
+#pragma omp critical(hpr_environment_progress)
+            hpr_stage_progress(ctx, (double)++done / (double)count);
         }
     }
 }
@@ -334,7 +396,7 @@ static void sum_up(const projection *p, hpr_environment_figures *figures)
     double square = 0, area = 0;
     for (size_t leaf = 0; leaf < e->leaf_count; leaf++) {
         uint32_t node = e->leaf[leaf];
-        count[p->treatment[e->patch[node]]]++;
+        count[p->treatment[leaf]]++;
         square += p->error[leaf] * p->error[leaf] * e->area_m2[node];
         area += e->area_m2[node];
     }
@@ -356,15 +418,17 @@ static int choose_side(const hpr_elements *elements)
     return side;
 }
 
-hpr_status hpr_environment_moments(const hpr_environment *environment, const hpr_patches *patches,
+hpr_status hpr_environment_moments(const hpr_environment *environment, const hpr_coverage *coverage,
                                    const hpr_elements *elements, double tolerance, double *moment,
                                    hpr_environment_figures *figures)
 {
     static const char what[] = "light from outside";
+    const hpr_patches *patches = hpr_coverage_patches(coverage);
     hpr_context *ctx = patches->context;
     int threads = hpr_context_threads(ctx);
     worker *workers = NULL;
     projection p = {.environment = environment,
+                    .coverage = coverage,
                     .patches = patches,
                     .elements = elements,
                     .tolerance = tolerance,
@@ -374,7 +438,7 @@ hpr_status hpr_environment_moments(const hpr_environment *environment, const hpr
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &p.gauss, 1, sizeof *p.gauss, what);
     if (status == HPR_OK)
-        status = hpr_allocate_into(ctx, &p.treatment, patches->count, sizeof *p.treatment, what);
+        status = hpr_allocate_into(ctx, &p.treatment, elements->leaf_count, sizeof *p.treatment, what);
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &p.error, elements->leaf_count, sizeof *p.error, what);
     if (status == HPR_OK)

@@ -3,6 +3,7 @@
 #define HPR_LINK_ENVIRONMENT_MOMENTS_H
 
 #include "direct/environment.h"
+#include "link/coverage.h"
 
 /* How many elements were treated in which way, and how well. */
 typedef struct hpr_environment_figures {
@@ -13,10 +14,11 @@ typedef struct hpr_environment_figures {
 } hpr_environment_figures;
 
 /*
- * moment[dof] = ∫ T_k(x) V(x) dA over the leaf of the dof, metres. tolerance: of what is clipped, relative to
- * the leaf's mean V. Same bits for any thread count. Errors: HPR_ERR_MEMORY, HPR_ERR_INTERRUPTED.
+ * moment[dof] = ∫ T_k(x) V(x) dA over the open part of the leaf of the dof, metres. tolerance: of what is
+ * clipped, relative to the leaf's mean V. Same bits for any thread count. Errors: HPR_ERR_MEMORY,
+ * HPR_ERR_INTERRUPTED.
  */
-hpr_status hpr_environment_moments(const hpr_environment *environment, const hpr_patches *patches,
+hpr_status hpr_environment_moments(const hpr_environment *environment, const hpr_coverage *coverage,
                                    const hpr_elements *elements, double tolerance, double *moment,
                                    hpr_environment_figures *figures);
 

@@ -12,4 +12,10 @@
  */
 bool hpr_dense_solve(size_t n, double *a, size_t m, double *b, int threads);
 
+/*
+ * Replaces the symmetric a [n][n] by its pseudo-inverse without the eigenvalues below `least` times the
+ * largest. work: [n][n]. Source: cyclic Jacobi rotations, Golub & Van Loan 2013, 8.5.
+ */
+void hpr_dense_pseudo_inverse(size_t n, double *a, double least, double *work);
+
 #endif

@@ -393,7 +393,7 @@ static hpr_status build(const hpr_scene *scene, bool keep_dropped, hpr_patches *
         goto done;
     double low[3], high[3];
     b.tolerance = hpr_scene_bounds(scene, low, high) ? hpr_weld_distance(low, high) : 0;
-    status = hpr_weld(scene, b.tolerance, b.id);
+    status = hpr_weld(scene->context, scene->position, scene->vertex_count, b.tolerance, b.id);
     if (status != HPR_OK)
         goto done;
     collect_facets(&b);

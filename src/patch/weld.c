@@ -1,5 +1,7 @@
 #include "patch/weld.h"
 
+#include "scene/scene.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -13,7 +15,7 @@ double hpr_weld_distance(const double low[3], const double high[3])
 
 /* Representatives by the grid cell that they lie in; open addressing with chains through `next`. */
 typedef struct grid {
-    const hpr_scene *scene;
+    const double *position;
     double cell, distance;
     size_t mask;
     uint32_t *bucket; /* [mask + 1] first representative, HPR_NONE */
@@ -36,7 +38,7 @@ static size_t bucket_of(const grid *grid, const int64_t cell[3])
 
 static bool near(const grid *grid, uint32_t a, uint32_t b)
 {
-    const double *p = grid->scene->position + 3 * a, *q = grid->scene->position + 3 * b;
+    const double *p = grid->position + 3 * (size_t)a, *q = grid->position + 3 * (size_t)b;
     double d2 = 0;
     for (int k = 0; k < 3; k++)
         d2 += (p[k] - q[k]) * (p[k] - q[k]);
@@ -47,7 +49,7 @@ static bool near(const grid *grid, uint32_t a, uint32_t b)
 static uint32_t find(grid *grid, uint32_t v)
 {
     int64_t cell[3];
-    cell_of(grid, grid->scene->position + 3 * v, cell);
+    cell_of(grid, grid->position + 3 * (size_t)v, cell);
     uint32_t best = v;
     for (int i = 0; i < 27; i++) {
         int64_t neighbour[3] = {cell[0] + i % 3 - 1, cell[1] + i / 3 % 3 - 1, cell[2] + i / 9 - 1};
@@ -64,20 +66,19 @@ static uint32_t find(grid *grid, uint32_t v)
     return best;
 }
 
-hpr_status hpr_weld(const hpr_scene *scene, double distance, uint32_t *id)
+hpr_status hpr_weld(hpr_context *ctx, const double *position, size_t count, double distance, uint32_t *id)
 {
-    hpr_context *ctx = scene->context;
     size_t buckets = 16;
-    while (buckets < 2 * scene->vertex_count)
+    while (buckets < 2 * count)
         buckets *= 2;
     grid grid = {
-        .scene = scene, .distance = distance, .cell = distance > 0 ? distance : 1, .mask = buckets - 1};
+        .position = position, .distance = distance, .cell = distance > 0 ? distance : 1, .mask = buckets - 1};
     hpr_status status = hpr_allocate_into(ctx, &grid.bucket, buckets, sizeof *grid.bucket, "welding");
     if (status == HPR_OK)
-        status = hpr_allocate_into(ctx, &grid.next, scene->vertex_count, sizeof *grid.next, "welding");
+        status = hpr_allocate_into(ctx, &grid.next, count, sizeof *grid.next, "welding");
     if (status == HPR_OK) {
         memset(grid.bucket, 0xff, buckets * sizeof *grid.bucket);
-        for (size_t v = 0; v < scene->vertex_count; v++)
+        for (size_t v = 0; v < count; v++)
             id[v] = find(&grid, (uint32_t)v);
     }
     hpr_release(ctx, grid.bucket);

@@ -26,13 +26,17 @@ typedef struct hpr_block_task {
     double tolerance;  /* relative to the block's largest entry, > 0 */
     double negligible; /* an absolute error that does not matter either, >= 0: far pairs get fewer nodes */
     double contact_m;  /* points nearer than this count as touching, >= 0 */
-    /* Patches that may come between; count 0: wholly visible, V = 1. Else V is sampled by a ray per pair of
+    /* Occluders that may come between; count 0: wholly visible, V = 1. Else V is sampled by a ray per pair of
      * quadrature points, and the tolerance does not cover the error of that; or, with `clip` and for at most
-     * HPR_CLIP_BLOCKERS patches, the visible part is clipped exactly and the tolerance holds. */
+     * HPR_CLIP_BLOCKERS of them, the visible part is clipped exactly and the tolerance holds. */
     const hpr_visibility *visibility;
     const uint32_t *blockers;
     size_t blocker_count;
     bool clip;
+    /* Convex parts of the elements, in their parameters, that are integrated over instead of all of them, for
+     * what else is covered; 0: all. Not used where V is sampled, for there the covered rest sees nothing. */
+    const hpr_polygon *recv_part, *send_part;
+    int recv_part_count, send_part_count;
 } hpr_block_task;
 
 typedef struct hpr_block_result {

@@ -160,12 +160,12 @@ static double area_factor(const hpr_element_frame *frame)
 /* The blockers as polygons, moved like the pair. */
 static void set_blockers(const hpr_block_task *task, hpr_pair *pair, hpr_convex *blocker)
 {
-    const hpr_patches *patches = hpr_visibility_patches(task->visibility);
+    const hpr_convex *outline = hpr_visibility_outlines(task->visibility);
     for (size_t i = 0; i < task->blocker_count; i++) {
-        double corner[4][3];
-        blocker[i].count = (int)hpr_patch_corners(patches, task->blockers[i], corner);
-        for (int k = 0; k < blocker[i].count; k++)
-            blocker[i].corner[k] = hpr_sub(hpr_vec3_load(corner[k]), task->recv.origin);
+        const hpr_convex *whole = &outline[task->blockers[i]];
+        blocker[i].count = whole->count;
+        for (int k = 0; k < whole->count; k++)
+            blocker[i].corner[k] = hpr_sub(whole->corner[k], task->recv.origin);
     }
     pair->blocker = blocker;
     pair->blocker_count = (int)task->blocker_count;
@@ -197,6 +197,12 @@ hpr_block_result hpr_block_ref(const hpr_quadrature *quadrature, const hpr_block
     if (clip && task->blocker_count)
         set_blockers(task, &pair, scratch->blocker);
     result.sampled = task->blocker_count && !clip;
+    if (!result.sampled) {
+        pair.recv_part = task->recv_part;
+        pair.send_part = task->send_part;
+        pair.recv_part_count = task->recv_part_count;
+        pair.send_part_count = task->send_part_count;
+    }
     if (result.sampled) {
         demand.tolerance = fmax(task->tolerance, sampled_tolerance);
         demand.least_nodes = degree + 2;

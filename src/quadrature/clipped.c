@@ -120,16 +120,6 @@ static void refine(clipped *c, const hpr_cell *cell, const hpr_box *box, const m
         refine(c, cell, &half[axis][which], &part[axis][which], depth + 1);
 }
 
-/* A polygon that is the whole parallelogram stays one cell. */
-static int make_cells(const hpr_element_frame *frame, const hpr_polygon *piece, bool whole, hpr_cell *cells)
-{
-    if (whole && frame->shape == HPR_SHAPE_PARALLELOGRAM && fabs(hpr_polygon_area(piece) - 1) < 1e-14) {
-        cells[0] = hpr_cell_whole(HPR_SHAPE_PARALLELOGRAM);
-        return 1;
-    }
-    return hpr_cuts_fan(piece, cells);
-}
-
 static void set_rule(clipped *c, bool recv_is_outer, const hpr_polygon *inner, double tolerance)
 {
     static const double loose = 1e-4, medium = 1e-7;
@@ -189,7 +179,7 @@ hpr_clipped_outcome hpr_clipped_choose(const hpr_gauss_table *gauss, const hpr_p
     double total = 0;
     hpr_cell cell[HPR_POLYGON_MAX];
     for (int p = 0; p < pieces.count; p++) {
-        int count = make_cells(c.outer, &pieces.piece[p], pieces.count == 1, cell);
+        int count = hpr_cuts_cells(c.outer->shape, &pieces.piece[p], cell);
         for (int i = 0; i < count; i++) {
             whole[p][i] = box_moments(&c, &cell[i], &whole_box);
             total += whole[p][i].of[0];
@@ -201,7 +191,7 @@ hpr_clipped_outcome hpr_clipped_choose(const hpr_gauss_table *gauss, const hpr_p
     c.allowed = box_share * fmax(fmax(demand->tolerance * total, demand->negligible * per_block),
                                  rounding / box_share * total);
     for (int p = 0; p < pieces.count; p++) {
-        int count = make_cells(c.outer, &pieces.piece[p], pieces.count == 1, cell);
+        int count = hpr_cuts_cells(c.outer->shape, &pieces.piece[p], cell);
         for (int i = 0; i < count; i++)
             refine(&c, &cell[i], &whole_box, &whole[p][i], 0);
     }

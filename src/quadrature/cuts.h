@@ -17,10 +17,16 @@ double hpr_polygon_area(const hpr_polygon *polygon);
 /* The polygon as the only piece. */
 void hpr_cuts_init(hpr_cuts *pieces, const hpr_polygon *polygon);
 
+/* The part of a polygon where sign * f >= 0; its count is 0 if nothing is left. */
+hpr_polygon hpr_polygon_half(const hpr_polygon *polygon, const hpr_affine *f, double sign);
+
 /* Cuts every piece along the line f = 0; stops quietly at HPR_MAX_CUTS. */
 void hpr_cuts_along(hpr_cuts *pieces, const hpr_affine *f);
 
 /* Triangles from a piece's sides (edge 1) to its centroid; returns their number. cells: [HPR_POLYGON_MAX] */
 int hpr_cuts_fan(const hpr_polygon *piece, hpr_cell *cells);
+
+/* The same, but a polygon that is a whole parallelogram element stays one cell. */
+int hpr_cuts_cells(hpr_shape shape, const hpr_polygon *piece, hpr_cell *cells);
 
 #endif

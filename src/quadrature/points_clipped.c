@@ -1,8 +1,9 @@
 /*
  * The clipped rule's points: for each outer point the visible pieces of the inner polygon, each as a fan of
  * triangles with Gauss points in collapsed coordinates; triangles that are large for their distance are
- * bisected. Constants take Lambert's formula instead.
+ * bisected. Outer points that see all of it share its inner points. Constants take Lambert's formula instead.
  */
+#include "quadrature/cuts.h"
 #include "quadrature/rule.h"
 
 enum { MAX_HALVINGS = 16, CAP = 8 };
@@ -84,10 +85,13 @@ static void add_triangle(fan *f, const hpr_vec3 corner[3], int depth)
     add_gauss(f, corner, area, nodes + (f->degree + 1) / 2);
 }
 
-static void polynomial_inner(fan *f, const hpr_pair *pair, const hpr_convex *outline)
+/* True, and nothing added, if the point sees all of the outline and that is to be `deferred`. */
+static bool polynomial_inner(fan *f, const hpr_pair *pair, const hpr_convex *outline, bool deferred)
 {
     hpr_visible visible;
     hpr_visible_part(f->x, outline, f->inner->normal, pair->blocker, NULL, pair->blocker_count, &visible);
+    if (visible.whole && deferred)
+        return true;
     f->points->count = 0;
     for (int p = 0; p < visible.count; p++) {
         const hpr_convex *piece = &visible.piece[p];
@@ -95,15 +99,24 @@ static void polynomial_inner(fan *f, const hpr_pair *pair, const hpr_convex *out
             add_triangle(f, (const hpr_vec3[3]){piece->corner[0], piece->corner[k], piece->corner[k + 1]}, 0);
     }
     flush(f);
+    return false;
+}
+
+static void add_at(hpr_points *points, const hpr_outer_point *x, hpr_vec3 position, double weight)
+{
+    int k = points->count++;
+    points->s[k] = x->s;
+    points->t[k] = x->t;
+    points->x[k] = position.x;
+    points->y[k] = position.y;
+    points->z[k] = position.z;
+    points->weight[k] = weight;
 }
 
 static void set_one(hpr_points *points, const hpr_outer_point *x, double weight)
 {
-    points->count = 1;
-    points->s[0] = x->s;
-    points->t[0] = x->t;
-    points->x[0] = points->y[0] = points->z[0] = 0;
-    points->weight[0] = weight;
+    points->count = 0;
+    add_at(points, x, (hpr_vec3){0, 0, 0}, weight);
 }
 
 /* Lambert's formula stands in the weight, next to one inner point at distance 1. */
@@ -119,6 +132,40 @@ static void constant_inner(fan *f, const hpr_pair *pair, const hpr_element_frame
     f->sink(f->user, f->group);
 }
 
+/* Nodes per axis of the inner polygon's cells, seen from anywhere in the outer cell; 0 if too near. */
+static int common_nodes(const fan *f, const hpr_element_frame *outer, const hpr_cell *outer_cell,
+                        const hpr_convex *outline)
+{
+    hpr_vec3 corner[4];
+    double length = 0;
+    int count = hpr_cell_corners(outer, outer_cell, corner);
+    double distance = hpr_polygon_distance(corner, count, outline->corner, outline->count);
+    for (int i = 0; i < outline->count; i++)
+        length =
+            fmax(length, hpr_length(hpr_sub(outline->corner[(i + 1) % outline->count], outline->corner[i])));
+    int nodes = hpr_kernel_nodes(length, distance, f->tolerance);
+    return nodes > CAP ? 0 : nodes;
+}
+
+/* All inner points of one cell after the other, against the outer points that stand in the group. */
+static void add_common(fan *f, const hpr_rule *rule, const hpr_affine *inner_height, int nodes)
+{
+    const hpr_box whole = hpr_box_unit();
+    hpr_cell cell[HPR_POLYGON_MAX];
+    int count = hpr_cuts_cells(f->inner->shape, &rule->inner, cell);
+    for (int c = 0; c < count; c++) {
+        bool triangle = cell[c].shape == HPR_SHAPE_TRIANGLE;
+        int n = nodes + ((triangle ? f->degree : f->inner->degree) + 1) / 2;
+        f->points->count = 0;
+        for (int k = 0; k < n * n; k++) {
+            hpr_outer_point y = hpr_outer_at(f->gauss, f->inner, &cell[c], &whole, n, k);
+            double height = hpr_affine_at(inner_height, y.s, y.t);
+            add_at(f->points, &y, y.position, y.weight * fmax(height, 0));
+        }
+        f->sink(f->user, f->group);
+    }
+}
+
 void hpr_points_clipped(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_rule *rule,
                         hpr_group *group, hpr_group_sink sink, void *user)
 {
@@ -126,6 +173,7 @@ void hpr_points_clipped(const hpr_gauss_table *gauss, const hpr_pair *pair, cons
     const hpr_element_frame *outer = recv_is_outer ? &pair->recv : &pair->send;
     const hpr_element_frame *inner = recv_is_outer ? &pair->send : &pair->recv;
     const hpr_affine *height = recv_is_outer ? &pair->recv_height : &pair->send_height;
+    const hpr_affine *inner_height = recv_is_outer ? &pair->send_height : &pair->recv_height;
     const hpr_cell *cell = recv_is_outer ? &rule->recv : &rule->send;
     int nodes = recv_is_outer ? rule->recv_nodes[0] : rule->send_nodes[0];
     hpr_points *outer_points = recv_is_outer ? &group->recv : &group->send;
@@ -147,6 +195,8 @@ void hpr_points_clipped(const hpr_gauss_table *gauss, const hpr_pair *pair, cons
     for (int i = 0; i < outline.count; i++)
         outline.corner[i] = hpr_frame_point(inner, rule->inner.corner[i][0], rule->inner.corner[i][1]);
     group->scale = 1;
+    bool sees_all[HPR_POINTS_MAX] = {false};
+    int common = common_nodes(&f, outer, cell, &outline), all_count = 0;
     for (int k = 0; k < nodes * nodes; k++) {
         hpr_outer_point x = hpr_outer_at(gauss, outer, cell, &rule->box, nodes, k);
         double z = hpr_affine_at(height, x.s, x.t);
@@ -157,7 +207,16 @@ void hpr_points_clipped(const hpr_gauss_table *gauss, const hpr_pair *pair, cons
             constant_inner(&f, pair, outer, &outline, &x, outer_points);
         } else {
             set_one(outer_points, &x, x.weight * z);
-            polynomial_inner(&f, pair, &outline);
+            sees_all[k] = polynomial_inner(&f, pair, &outline, common > 0);
+            all_count += sees_all[k];
         }
     }
+    outer_points->count = 0;
+    for (int k = 0; k < nodes * nodes && all_count; k++) {
+        hpr_outer_point x = hpr_outer_at(gauss, outer, cell, &rule->box, nodes, k);
+        if (sees_all[k])
+            add_at(outer_points, &x, x.position, x.weight * hpr_affine_at(height, x.s, x.t));
+    }
+    if (all_count)
+        add_common(&f, rule, inner_height, common);
 }

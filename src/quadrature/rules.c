@@ -1,5 +1,6 @@
 /* Which rule for which pair of pieces: product Gauss by an error bound, vertex and edge rules by trial. */
 #include "quadrature/contact.h"
+#include "quadrature/cuts.h"
 #include "quadrature/rule.h"
 
 enum { MAX_DEPTH = 60, MAX_TOUCHING_DEPTH = 40, MAX_RULES = 20000 };
@@ -309,13 +310,36 @@ static bool very_near(const chooser *c, const hpr_cell *recv, const hpr_cell *se
     return hpr_polygon_distance(a, na, b, nb) < part * smaller;
 }
 
-static void clipped(chooser *c, const hpr_contact *contact)
+static void clip_parts(chooser *c, const hpr_polygon *recv, const hpr_polygon *send)
 {
     const hpr_clipped_demand demand = {c->demand->tolerance, c->demand->negligible};
-    hpr_clipped_outcome outcome = hpr_clipped_choose(c->gauss, c->pair, &contact->recv_front,
-                                                     &contact->send_front, &demand, c->sink, c->user);
+    if (recv->count < 3 || send->count < 3)
+        return;
+    hpr_clipped_outcome outcome =
+        hpr_clipped_choose(c->gauss, c->pair, recv, send, &demand, c->sink, c->user);
     c->outcome.stopped_short |= !outcome.complete;
     c->outcome.clip_count += outcome.clip_count;
+}
+
+/* Part k of an element, cut to the front of the other's plane. */
+static hpr_polygon front_part(const hpr_polygon *part, const hpr_affine *height, const hpr_polygon *front,
+                              int k, int count)
+{
+    return count ? hpr_polygon_half(&part[k], height, 1) : *front;
+}
+
+static void clipped(chooser *c, const hpr_contact *contact)
+{
+    const hpr_pair *p = c->pair;
+    for (int i = 0; i < (p->recv_part_count ? p->recv_part_count : 1); i++) {
+        hpr_polygon recv =
+            front_part(p->recv_part, &p->recv_height, &contact->recv_front, i, p->recv_part_count);
+        for (int j = 0; j < (p->send_part_count ? p->send_part_count : 1); j++) {
+            hpr_polygon send =
+                front_part(p->send_part, &p->send_height, &contact->send_front, j, p->send_part_count);
+            clip_parts(c, &recv, &send);
+        }
+    }
 }
 
 static void integrate(chooser *c, const hpr_cell *recv, const hpr_cell *send)
@@ -326,7 +350,7 @@ static void integrate(chooser *c, const hpr_cell *recv, const hpr_cell *send)
     if (!c->outcome.seen)
         return;
     bool sampled = c->demand->least_nodes > 1, separate = contact.kind == HPR_CONTACT_SEPARATE;
-    if (c->pair->blocker_count) {
+    if (c->pair->blocker_count || c->pair->recv_part_count || c->pair->send_part_count) {
         clipped(c, &contact);
         return;
     }

@@ -5,17 +5,24 @@
 hpr_status hpr_reconstruction_init(const hpr_solution *solution, hpr_reconstruction *reconstruction)
 {
     *reconstruction = (hpr_reconstruction){.solution = solution};
-    hpr_status status = HPR_OK;
-    if (solution->summary.direct == HPR_DIRECT_EXACT)
+    hpr_status status = hpr_coverage_create(solution->patches, solution->elements, &reconstruction->coverage);
+    if (status == HPR_OK && solution->summary.direct == HPR_DIRECT_EXACT)
         status = hpr_direct_create(solution->patches, solution->elements, &reconstruction->direct);
     if (status == HPR_OK && solution->summary.environment == HPR_ENVIRONMENT_EXACT)
         status = hpr_environment_create(solution->patches, solution->elements, &reconstruction->environment);
+    if (status == HPR_OK && reconstruction->environment &&
+        !hpr_environment_affordable(reconstruction->environment))
+        status =
+            hpr_fail(solution->context, HPR_ERR_UNSUPPORTED,
+                     "%s: more stands before the light from outside than this version evaluates at points",
+                     solution->scene_name);
     return status;
 }
 
 void hpr_reconstruction_fini(hpr_reconstruction *reconstruction)
 {
     hpr_direct_destroy(&reconstruction->direct);
+    hpr_coverage_destroy(&reconstruction->coverage);
     hpr_environment_destroy(&reconstruction->environment);
 }
 
@@ -51,6 +58,8 @@ void hpr_reconstruct_point(const hpr_reconstruction *reconstruction, size_t patc
     hpr_basis_eval(shape, elements->degree[node], leaf_s, leaf_t, basis);
     for (size_t c = 0; c < n; c++)
         irradiance[c] = 0;
+    if (!hpr_coverage_open(reconstruction->coverage, leaf, leaf_s, leaf_t))
+        return;
     for (size_t k = 0; k < count; k++) {
         const double *coefficient = solution->irradiance + n * (elements->dof[leaf] + k);
         for (size_t c = 0; c < n; c++)

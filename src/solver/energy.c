@@ -20,6 +20,7 @@ enum {
 
 typedef struct energy {
     hpr_solution *solution;
+    const hpr_coverage *coverage;
     const hpr_patches *patches;
     const hpr_elements *elements;
     hpr_visibility *visibility;
@@ -113,10 +114,11 @@ static void leaf_radiosity(const leaf_integral *l, double s, double t, double *r
     int degree = e->elements->degree[l->node];
     double scale = hpr_basis_scale(l->shape, e->elements->area_m2[l->node]);
     size_t n = e->channels, count = hpr_basis_count(l->shape, degree);
+    bool open = hpr_coverage_open(e->coverage, l->leaf, s, t);
     hpr_basis_eval(l->shape, degree, s, t, basis);
     for (size_t c = 0; c < n; c++) {
         double h = 0;
-        for (size_t k = 0; k < count; k++)
+        for (size_t k = 0; k < count && open; k++)
             h += scale * basis[k] * e->solution->irradiance[n * (e->elements->dof[l->leaf] + k) + c];
         radiosity[c] = e->patches->exitance[n * l->patch + c] + e->patches->reflectance[n * l->patch + c] * h;
     }
@@ -263,7 +265,8 @@ static void sum_local_terms(energy *e, const double *outside)
         uint32_t node = e->elements->leaf[leaf], patch = e->elements->patch[node];
         double area = e->elements->area_m2[node];
         for (size_t c = 0; c < n; c++) {
-            double h = solution->irradiance[n * e->elements->dof[leaf] + c];
+            double h = hpr_coverage_mean(e->coverage, leaf,
+                                         solution->irradiance + n * e->elements->dof[leaf] + c, n);
             solution->energy[c].emitted += e->patches->exitance[n * patch + c] * area;
             solution->energy[c].environment +=
                 pi * solution->environment[c] * outside[e->elements->dof[leaf]] * sqrt(area);
@@ -296,10 +299,11 @@ static hpr_status prepare(energy *e)
     return HPR_OK;
 }
 
-hpr_status hpr_energy_compute(hpr_solution *solution, const double *outside)
+hpr_status hpr_energy_compute(hpr_solution *solution, const hpr_coverage *coverage, const double *outside)
 {
     hpr_context *ctx = solution->context;
     energy e = {.solution = solution,
+                .coverage = coverage,
                 .patches = solution->patches,
                 .elements = solution->elements,
                 .channels = solution->channel_count};

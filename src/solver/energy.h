@@ -2,6 +2,7 @@
 #ifndef HPR_SOLVER_ENERGY_H
 #define HPR_SOLVER_ENERGY_H
 
+#include "link/coverage.h"
 #include "solver/solution.h"
 
 /*
@@ -14,6 +15,6 @@
  * adaptive, 1e-11 of what comes in; from the others f is sampled by stratified rays. Errors:
  * HPR_ERR_MEMORY, HPR_ERR_DEVICE, HPR_ERR_INTERRUPTED.
  */
-hpr_status hpr_energy_compute(hpr_solution *solution, const double *outside);
+hpr_status hpr_energy_compute(hpr_solution *solution, const hpr_coverage *coverage, const double *outside);
 
 #endif

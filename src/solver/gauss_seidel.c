@@ -58,8 +58,11 @@ static void relax(sweep *s, size_t patch, size_t leaf, size_t leaf_end, bool upd
         for (size_t i = row + s->elements->dof[leaf]; i < row + s->elements->dof[leaf_end]; i++)
             s->fresh[i] += p->direct[i];
     }
-    for (; leaf < leaf_end; leaf++)
+    for (; leaf < leaf_end; leaf++) {
+        for (size_t c = 0; c < p->channel_count; c++)
+            hpr_coverage_project(p->coverage, leaf, s->fresh + c * s->dofs + s->elements->dof[leaf]);
         compare(s, leaf, update);
+    }
 }
 
 /* Relative change of the last pass: the worst channel. */

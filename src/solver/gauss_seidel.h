@@ -1,7 +1,8 @@
-/* Block Gauss-Seidel on H = D + K rho H. */
+/* Block Gauss-Seidel on G H = D + K rho H, G the Gram matrices of the elements' open parts. */
 #ifndef HPR_SOLVER_GAUSS_SEIDEL_H
 #define HPR_SOLVER_GAUSS_SEIDEL_H
 
+#include "link/coverage.h"
 #include "link/links.h"
 
 typedef struct hpr_gauss_seidel {
@@ -9,7 +10,8 @@ typedef struct hpr_gauss_seidel {
     const hpr_patches *patches;
     const hpr_links *links;
     size_t channel_count;
-    const double *direct;      /* [channel_count][dofs] D, the irradiance that comes straight from emitters */
+    const hpr_coverage *coverage;
+    const double *direct;      /* [channel_count][dofs] moments of D, what comes straight from emitters */
     const double *reflectance; /* [patches][channel_count] */
     double tolerance;          /* on the estimated relative error of H: the worst channel's */
     int max_sweeps;

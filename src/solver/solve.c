@@ -14,6 +14,7 @@ void hpr_solve_options_init(hpr_solve_options *options)
 {
     *options = (hpr_solve_options){.order = HPR_DEFAULT_ORDER,
                                    .subdivide = HPR_DEFAULT_SUBDIVIDE,
+                                   .feet = HPR_DEFAULT_FEET,
                                    .solver_tolerance = 1e-13,
                                    .max_sweeps = 20000};
 }
@@ -25,6 +26,9 @@ static hpr_status check_options(hpr_context *ctx, const hpr_solve_options *optio
     if (options->subdivide < 0 || options->subdivide > HPR_MAX_SUBDIVIDE)
         return hpr_fail(ctx, HPR_ERR_ARG, "subdivision %d is not in 0 .. %d", options->subdivide,
                         HPR_MAX_SUBDIVIDE);
+    if (options->feet < 0 || options->feet > HPR_MAX_FEET)
+        return hpr_fail(ctx, HPR_ERR_ARG, "%d quarterings at feet are not in 0 .. %d", options->feet,
+                        HPR_MAX_FEET);
     if (!(options->block_tolerance >= 0 && options->block_tolerance < 1))
         return hpr_fail(ctx, HPR_ERR_ARG, "block tolerance %g is not in [0, 1)", options->block_tolerance);
     if (!(options->solver_tolerance > 0 && options->solver_tolerance < 1))
@@ -89,16 +93,32 @@ static bool has_environment(const hpr_solution *solution)
     return false;
 }
 
-/* What is evaluated at points, and what goes through the basis. */
-static void choose_modes(hpr_solution *solution, hpr_direct_mode asked)
+/* Quarters the elements that the foot of an object cuts, `times` times: there H has a jump in its
+ * derivatives, or in itself. */
+static hpr_status refine_feet(hpr_solution *solution, int times)
 {
-    hpr_solve_summary *summary = &solution->summary;
-    const hpr_patches *patches = solution->patches;
-    bool exact = asked == HPR_DIRECT_EXACT;
-    summary->direct = exact && hpr_direct_affordable(patches) ? HPR_DIRECT_EXACT : HPR_DIRECT_GALERKIN;
-    if (has_environment(solution))
-        summary->environment =
-            exact && hpr_environment_affordable(patches) ? HPR_ENVIRONMENT_EXACT : HPR_ENVIRONMENT_GALERKIN;
+    hpr_context *ctx = solution->context;
+    hpr_status status = HPR_OK;
+    for (int time = 0; status == HPR_OK && time < times; time++) {
+        hpr_coverage *coverage = NULL;
+        bool *marked = NULL;
+        size_t count = solution->elements->leaf_count, found = 0;
+        status = hpr_coverage_create(solution->patches, solution->elements, &coverage);
+        if (status == HPR_OK)
+            status = hpr_allocate_into(ctx, &marked, count, sizeof *marked, "elements");
+        for (size_t leaf = 0; status == HPR_OK && leaf < count; leaf++) {
+            int parts;
+            marked[leaf] = hpr_coverage_parts(coverage, leaf, &parts) && parts > 0;
+            found += marked[leaf];
+        }
+        if (status == HPR_OK && found)
+            status = hpr_elements_split(solution->patches, solution->elements, marked);
+        hpr_release(ctx, marked);
+        hpr_coverage_destroy(&coverage);
+        if (!found)
+            break;
+    }
+    return status;
 }
 
 static hpr_status make_mesh(hpr_solution *solution, const hpr_scene *scene, const hpr_solve_options *options)
@@ -108,6 +128,8 @@ static hpr_status make_mesh(hpr_solution *solution, const hpr_scene *scene, cons
     if (status == HPR_OK)
         status =
             hpr_elements_uniform(solution->patches, options->order, options->subdivide, &solution->elements);
+    if (status == HPR_OK)
+        status = refine_feet(solution, options->feet);
     if (status != HPR_OK)
         return status;
     const hpr_elements *e = solution->elements;
@@ -123,7 +145,8 @@ static hpr_status make_mesh(hpr_solution *solution, const hpr_scene *scene, cons
     solution->summary.duplicate_count = solution->patches->duplicate_count;
     solution->summary.element_count = e->leaf_count;
     solution->summary.dof_count = dofs;
-    choose_modes(solution, options->direct);
+    bool exact = options->direct == HPR_DIRECT_EXACT && hpr_direct_affordable(solution->patches);
+    solution->summary.direct = exact ? HPR_DIRECT_EXACT : HPR_DIRECT_GALERKIN;
     return status;
 }
 
@@ -163,8 +186,8 @@ static void take_channels(double *to, size_t to_channels, const double *from, si
 }
 
 /* Solves as many channels as differ. direct: [channels][dofs] */
-static hpr_status solve_system(hpr_solution *solution, const hpr_links *links, const double *direct,
-                               const hpr_solve_options *options)
+static hpr_status solve_system(hpr_solution *solution, const hpr_links *links, const hpr_coverage *coverage,
+                               const double *direct, const hpr_solve_options *options)
 {
     hpr_context *ctx = solution->context;
     const hpr_patches *patches = solution->patches;
@@ -174,6 +197,7 @@ static hpr_status solve_system(hpr_solution *solution, const hpr_links *links, c
     hpr_gauss_seidel problem = {.patches = patches,
                                 .links = links,
                                 .channel_count = solved,
+                                .coverage = coverage,
                                 .direct = direct,
                                 .tolerance = options->solver_tolerance,
                                 .max_sweeps = options->max_sweeps};
@@ -223,47 +247,55 @@ static hpr_status gather_direct(const hpr_solution *solution, const hpr_links *l
 
 /* The moments of D by clipping: where D jumps the quadrature is cut, so that what the elements cannot show of
  * D is orthogonal to what they send. */
-static hpr_status project_direct(hpr_solution *solution, double *direct)
+static hpr_status project_direct(hpr_solution *solution, const hpr_coverage *coverage, double *direct)
 {
     static const double tolerance = 1e-5;
     hpr_direct *emitters = NULL;
     size_t short_count = 0;
     hpr_status status = hpr_direct_create(solution->patches, solution->elements, &emitters);
     if (status == HPR_OK)
-        status = hpr_direct_moments(emitters, solution->patches, solution->elements, tolerance, direct,
-                                    &short_count);
+        status = hpr_direct_moments(emitters, coverage, solution->elements, tolerance, direct, &short_count);
     hpr_direct_destroy(&emitters);
     return status;
 }
 
-static hpr_status find_direct(hpr_solution *solution, const hpr_links *links, double *direct)
+static hpr_status find_direct(hpr_solution *solution, const hpr_links *links, const hpr_coverage *coverage,
+                              double *direct)
 {
     if (solution->summary.direct == HPR_DIRECT_EXACT)
-        return project_direct(solution, direct);
+        return project_direct(solution, coverage, direct);
     return gather_direct(solution, links, direct);
 }
 
-/* V of the elements, and what it brings in; outside: [dofs] */
-static hpr_status add_environment(hpr_solution *solution, double *outside, double *direct)
+/* Adds sign * pi L times the moments of V. */
+static void add_environment(const hpr_solution *solution, double sign, const double *outside, double *direct)
 {
-    static const double tolerance = 1e-3, pi = 3.14159265358979323846;
+    static const double pi = 3.14159265358979323846;
     size_t n = solution->channel_count, dofs = solution->summary.dof_count;
+    for (size_t i = 0; i < n * dofs; i++)
+        direct[i] += sign * pi * solution->environment[i / dofs] * outside[i % dofs];
+}
+
+/* The moments of V, outside [dofs], and how light from outside is treated. */
+static hpr_status find_environment(hpr_solution *solution, const hpr_coverage *coverage, double *outside)
+{
+    static const double tolerance = 1e-3;
+    hpr_solve_summary *summary = &solution->summary;
     hpr_environment *environment = NULL;
-    hpr_environment_figures figures;
+    hpr_environment_figures figures = {0};
     hpr_status status = hpr_environment_create(solution->patches, solution->elements, &environment);
     if (status == HPR_OK)
-        status = hpr_environment_moments(environment, solution->patches, solution->elements, tolerance,
-                                         outside, &figures);
+        status =
+            hpr_environment_moments(environment, coverage, solution->elements, tolerance, outside, &figures);
+    bool exact = status == HPR_OK && summary->options.direct == HPR_DIRECT_EXACT &&
+                 hpr_environment_affordable(environment);
+    summary->environment = exact ? HPR_ENVIRONMENT_EXACT : HPR_ENVIRONMENT_GALERKIN;
+    summary->environment_closed = figures.closed_form;
+    summary->environment_clipped = figures.clipped;
+    summary->environment_sampled = figures.sampled;
+    summary->environment_error = figures.error;
     hpr_environment_destroy(&environment);
-    if (status != HPR_OK)
-        return status;
-    for (size_t i = 0; i < n * dofs; i++)
-        direct[i] += pi * solution->environment[i / dofs] * outside[i % dofs];
-    solution->summary.environment_closed = figures.closed_form;
-    solution->summary.environment_clipped = figures.clipped;
-    solution->summary.environment_sampled = figures.sampled;
-    solution->summary.environment_error = figures.error;
-    return HPR_OK;
+    return status;
 }
 
 static void summarise_links(hpr_solution *solution, const hpr_links *links)
@@ -272,23 +304,34 @@ static void summarise_links(hpr_solution *solution, const hpr_links *links)
     summary->link_count = links->count;
     summary->block_bytes = links->block_count * sizeof(double);
     summary->block_tolerance = links->tolerance;
+    summary->blocked_tolerance = links->blocked_tolerance;
     summary->short_count = links->short_count;
     summary->occluded = links->occluded;
     if (links->short_count)
-        hpr_warn(solution->context, "%zu kernel blocks stopped short of their tolerance %g",
-                 links->short_count, links->tolerance);
+        hpr_warn(solution->context, "%zu kernel blocks stopped short of their tolerance", links->short_count);
 }
 
-/* H without what is evaluated where it is wanted: all of D, or only what comes from outside. */
-static void take_out(hpr_solution *solution, const double *direct, const double *outside)
+/* H without what is evaluated where it is wanted: lamps, light from outside, both or neither. Destroys
+ * `direct`. */
+static void take_out(hpr_solution *solution, const hpr_coverage *coverage, const double *outside,
+                     double *direct)
 {
-    static const double pi = 3.14159265358979323846;
+    const hpr_elements *e = solution->elements;
     size_t n = solution->channel_count, dofs = solution->summary.dof_count;
     bool lamps = solution->summary.direct == HPR_DIRECT_EXACT;
     bool environment = solution->summary.environment == HPR_ENVIRONMENT_EXACT;
-    for (size_t i = 0; (lamps || environment) && i < n * dofs; i++)
-        solution->irradiance[i] -=
-            lamps ? direct[i % n * dofs + i / n] : pi * solution->environment[i % n] * outside[i / n];
+    if (!lamps)
+        memset(direct, 0, n * dofs * sizeof *direct);
+    if (lamps && !environment)
+        add_environment(solution, -1, outside, direct);
+    if (!lamps && environment)
+        add_environment(solution, 1, outside, direct);
+    for (size_t leaf = 0; leaf < e->leaf_count; leaf++) {
+        for (size_t c = 0; c < n; c++)
+            hpr_coverage_project(coverage, leaf, direct + c * dofs + e->dof[leaf]);
+    }
+    for (size_t i = 0; i < n * dofs; i++)
+        solution->irradiance[i] -= direct[i % n * dofs + i / n];
 }
 
 /* Stages in order; each fills its part of the solution. The energy terms need the whole H. */
@@ -296,10 +339,12 @@ static hpr_status transport(hpr_solution *solution, const hpr_solve_options *opt
 {
     hpr_context *ctx = solution->context;
     hpr_links *links = NULL;
+    hpr_coverage *coverage = NULL;
     double *direct = NULL, *outside = NULL; /* [channels][dofs]; [dofs] */
     hpr_stage_begin(ctx, "assembly");
-    hpr_status status =
-        hpr_links_assemble(solution->patches, solution->elements, options->block_tolerance, &links);
+    hpr_status status = hpr_coverage_create(solution->patches, solution->elements, &coverage);
+    if (status == HPR_OK)
+        status = hpr_links_assemble(coverage, solution->elements, options->block_tolerance, &links);
     hpr_stage_end(ctx);
     if (status == HPR_OK) {
         summarise_links(solution, links);
@@ -311,28 +356,30 @@ static hpr_status transport(hpr_solution *solution, const hpr_solve_options *opt
                                    "light from outside");
     if (status == HPR_OK) {
         hpr_stage_begin(ctx, "direct light");
-        status = find_direct(solution, links, direct);
+        status = find_direct(solution, links, coverage, direct);
         hpr_stage_end(ctx);
     }
-    if (status == HPR_OK && solution->summary.environment != HPR_ENVIRONMENT_NONE) {
+    if (status == HPR_OK && has_environment(solution)) {
         hpr_stage_begin(ctx, "environment");
-        status = add_environment(solution, outside, direct);
+        status = find_environment(solution, coverage, outside);
         hpr_stage_end(ctx);
+        add_environment(solution, 1, outside, direct);
     }
     if (status == HPR_OK) {
         hpr_stage_begin(ctx, "solver");
-        status = solve_system(solution, links, direct, options);
+        status = solve_system(solution, links, coverage, direct, options);
         hpr_stage_end(ctx);
     }
     if (status == HPR_OK) {
         hpr_stage_begin(ctx, "energy");
-        status = hpr_energy_compute(solution, outside);
+        status = hpr_energy_compute(solution, coverage, outside);
         hpr_stage_end(ctx);
     }
     if (status == HPR_OK)
-        take_out(solution, direct, outside);
+        take_out(solution, coverage, outside, direct);
     hpr_release(ctx, direct);
     hpr_release(ctx, outside);
+    hpr_coverage_destroy(&coverage);
     hpr_links_destroy(&links);
     return status;
 }

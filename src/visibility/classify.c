@@ -2,18 +2,21 @@
 
 #include <string.h>
 
-/* Two facets in scene units, and what bounds the segments between them. */
+enum { FACET_CORNERS = 5, MAX_PLANES = 2 * FACET_CORNERS * FACET_CORNERS };
+
+/* Two facets in scene units, each without what is behind the other's plane, and what bounds the segments
+ * between them. */
 typedef struct shaft {
     const hpr_visibility *visibility;
     size_t count[2];
-    double corner[2][4][3];
+    double corner[2][FACET_CORNERS][3];
     double normal[2][3];
     double low[3], high[3];
     /* Planes {normal, offset} of the facets' convex hull through an edge of one and a corner of the other:
      * normal . x <= offset for all of the hull. Made when the first candidate gets that far. */
     bool has_planes;
     size_t plane_count;
-    double plane[32][4];
+    double plane[MAX_PLANES][4];
 } shaft;
 
 static void open_shaft(shaft *sh, const hpr_visibility *visibility, const hpr_facet *a, const hpr_facet *b)
@@ -21,21 +24,11 @@ static void open_shaft(shaft *sh, const hpr_visibility *visibility, const hpr_fa
     const hpr_facet *facet[2] = {a, b};
     sh->visibility = visibility;
     sh->has_planes = false;
-    for (int k = 0; k < 3; k++) {
-        sh->low[k] = INFINITY;
-        sh->high[k] = -INFINITY;
-    }
     for (int f = 0; f < 2; f++) {
         sh->count[f] = facet[f]->corner_count;
         memcpy(sh->normal[f], facet[f]->normal, sizeof sh->normal[f]);
-        for (size_t i = 0; i < sh->count[f]; i++) {
-            double *corner = sh->corner[f][i];
-            hpr_scene_units(visibility, facet[f]->corner[i], corner);
-            for (int k = 0; k < 3; k++) {
-                sh->low[k] = fmin(sh->low[k], corner[k]);
-                sh->high[k] = fmax(sh->high[k], corner[k]);
-            }
-        }
+        for (size_t i = 0; i < sh->count[f]; i++)
+            hpr_scene_units(visibility, facet[f]->corner[i], sh->corner[f][i]);
     }
 }
 
@@ -54,24 +47,66 @@ static void height_range(const double (*point)[3], size_t count, const double or
     }
 }
 
-static bool reaches_before(const shaft *sh, int facet, const double (*point)[3], size_t count)
+/* Takes away what is behind the other facet's plane (Sutherland & Hodgman 1974); the plane's own points stay.
+ * False if nothing is left that sees it. */
+static bool keep_front(shaft *sh, int facet)
 {
-    double least, most;
-    height_range(point, count, sh->corner[facet][0], sh->normal[facet], &least, &most);
-    return most > sh->visibility->slack;
+    int other = 1 - facet;
+    size_t count = sh->count[facet], kept = 0;
+    double least, most, height[FACET_CORNERS], whole[FACET_CORNERS][3];
+    height_range((const double(*)[3])sh->corner[facet], count, sh->corner[other][0], sh->normal[other],
+                 &least, &most);
+    if (!(most > sh->visibility->slack))
+        return false;
+    if (least >= -sh->visibility->slack)
+        return true;
+    memcpy(whole, sh->corner[facet], sizeof whole);
+    for (size_t i = 0; i < count; i++) {
+        double offset[3];
+        hpr_subtract3(whole[i], sh->corner[other][0], offset);
+        height[i] = hpr_dot3(sh->normal[other], offset);
+    }
+    for (size_t i = 0; i < count; i++) {
+        size_t next = (i + 1) % count;
+        double step[3];
+        if (height[i] >= 0)
+            memcpy(sh->corner[facet][kept++], whole[i], sizeof *whole);
+        if (height[i] * height[next] < 0) {
+            hpr_subtract3(whole[next], whole[i], step);
+            hpr_add_scaled3(whole[i], height[i] / (height[i] - height[next]), step,
+                            sh->corner[facet][kept++]);
+        }
+    }
+    sh->count[facet] = kept;
+    return true;
 }
 
-/* Segments from one facet to the other cross the face's plane. */
-static bool plane_divides(const shaft *sh, const hpr_face *face)
+static void set_box(shaft *sh)
+{
+    for (int k = 0; k < 3; k++) {
+        sh->low[k] = INFINITY;
+        sh->high[k] = -INFINITY;
+        for (int f = 0; f < 2; f++) {
+            for (size_t i = 0; i < sh->count[f]; i++) {
+                sh->low[k] = fmin(sh->low[k], sh->corner[f][i][k]);
+                sh->high[k] = fmax(sh->high[k], sh->corner[f][i][k]);
+            }
+        }
+    }
+}
+
+/* Do segments from one facet to the other cross the occluder's plane; do all of them? */
+static bool plane_divides(const shaft *sh, const hpr_occluder *occluder, bool *wholly)
 {
     double least[2], most[2], slack = sh->visibility->slack;
     for (int f = 0; f < 2; f++)
-        height_range((const double(*)[3])sh->corner[f], sh->count[f], face->origin, face->normal, &least[f],
-                     &most[f]);
+        height_range((const double(*)[3])sh->corner[f], sh->count[f], occluder->origin, occluder->normal,
+                     &least[f], &most[f]);
+    *wholly = (least[0] > slack && most[1] < -slack) || (most[0] < -slack && least[1] > slack);
     return (most[0] > slack && least[1] < -slack) || (least[0] < -slack && most[1] > slack);
 }
 
-/* The face's box meets the inside of the box around both facets. */
+/* The occluder's box meets the inside of the box around both facets. */
 static bool meets_box(const shaft *sh, const double (*corner)[3], size_t count)
 {
     double slack = sh->visibility->slack;
@@ -122,37 +157,75 @@ static void make_planes(shaft *sh)
     }
 }
 
-/* Some plane of the hull has the whole face outside, or touching it. */
-static bool outside_hull(shaft *sh, const double (*corner)[3], size_t count)
+/* The part of a polygon where limit - plane . x > 0 (Sutherland & Hodgman 1974); returns its corners. */
+static size_t cut(const double (*in)[3], size_t count, const double plane[3], double limit, double (*out)[3])
 {
-    double slack = sh->visibility->slack;
-    if (!sh->has_planes)
-        make_planes(sh);
-    for (size_t i = 0; i < sh->plane_count; i++) {
-        size_t outside = 0;
-        while (outside < count && hpr_dot3(sh->plane[i], corner[outside]) >= sh->plane[i][3] - slack)
-            outside++;
-        if (outside == count)
-            return true;
+    size_t kept = 0;
+    for (size_t i = 0; i < count; i++) {
+        const double *p = in[i], *q = in[(i + 1) % count];
+        double hp = limit - hpr_dot3(plane, p), hq = limit - hpr_dot3(plane, q), step[3];
+        if (hp > 0)
+            memcpy(out[kept++], p, sizeof *out);
+        if ((hp > 0) != (hq > 0)) {
+            hpr_subtract3(q, p, step);
+            hpr_add_scaled3(p, hp / (hp - hq), step, out[kept++]);
+        }
     }
-    return false;
+    return kept;
 }
 
-static bool may_block(shaft *sh, uint32_t patch)
+/* Something of the occluder is inside all planes of the hull by more than the slack. */
+static bool meets_hull(shaft *sh, const double (*corner)[3], size_t count)
+{
+    double part[2][HPR_OCCLUDER_CORNERS + 2 + MAX_PLANES][3], slack = sh->visibility->slack;
+    if (!sh->has_planes)
+        make_planes(sh);
+    for (size_t i = 0; i < sh->plane_count + 2; i++) {
+        const double *plane = i < 2 ? sh->normal[i] : sh->plane[i - 2];
+        double flipped[3], limit = i < 2 ? -hpr_dot3(plane, sh->corner[i][0]) : sh->plane[i - 2][3];
+        for (int k = 0; k < 3; k++)
+            flipped[k] = i < 2 ? -plane[k] : plane[k];
+        size_t left = cut(corner, count, flipped, limit - slack, part[i % 2]);
+        if (!left)
+            return false;
+        corner = (const double(*)[3])part[i % 2];
+        count = left;
+    }
+    return true;
+}
+
+/* Every segment from corner to corner is blocked. */
+static bool hides(const shaft *sh, const hpr_occluder *occluder)
+{
+    for (size_t i = 0; i < sh->count[0]; i++) {
+        for (size_t j = 0; j < sh->count[1]; j++) {
+            if (!hpr_occluder_blocks(sh->visibility, occluder, sh->corner[0][i], sh->corner[1][j]))
+                return false;
+        }
+    }
+    return true;
+}
+
+/* What one occluder does to the view. */
+static hpr_verdict view_past(shaft *sh, uint32_t index)
 {
     const hpr_visibility *visibility = sh->visibility;
-    const hpr_face *face = &visibility->face[patch];
-    double world[4][3], own[4][3];
-    if (face->empty || (!face->single && visibility->patches->side[patch] != 0))
-        return false;
-    if (!plane_divides(sh, face))
-        return false;
-    size_t count = hpr_patch_corners(visibility->patches, patch, world);
-    for (size_t i = 0; i < count; i++)
-        hpr_scene_units(visibility, world[i], own[i]);
+    const hpr_occluder *occluder = &visibility->occluder[index];
+    const hpr_convex *outline = &visibility->outline[index];
+    double own[HPR_OCCLUDER_CORNERS][3];
+    bool divides_wholly;
+    if (!plane_divides(sh, occluder, &divides_wholly))
+        return HPR_SEES_WHOLLY;
+    size_t count = (size_t)outline->count;
+    for (size_t i = 0; i < count; i++) {
+        double world[3];
+        hpr_vec3_store(world, outline->corner[i]);
+        hpr_scene_units(visibility, world, own[i]);
+    }
     const double(*corner)[3] = (const double(*)[3])own;
-    return meets_box(sh, corner, count) && reaches_before(sh, 0, corner, count) &&
-           reaches_before(sh, 1, corner, count) && !outside_hull(sh, corner, count);
+    if (!meets_box(sh, corner, count) || !meets_hull(sh, corner, count))
+        return HPR_SEES_WHOLLY;
+    return divides_wholly && hides(sh, occluder) ? HPR_SEES_NOTHING : HPR_SEES_PARTLY;
 }
 
 hpr_verdict hpr_visibility_classify(const hpr_visibility *visibility, const hpr_facet *a, const hpr_facet *b,
@@ -163,18 +236,23 @@ hpr_verdict hpr_visibility_classify(const hpr_visibility *visibility, const hpr_
     open_shaft(&sh, visibility, a, b);
     if (blocker_count)
         *blocker_count = 0;
-    if (!reaches_before(&sh, 0, (const double(*)[3])sh.corner[1], sh.count[1]) ||
-        !reaches_before(&sh, 1, (const double(*)[3])sh.corner[0], sh.count[0]))
+    if (!keep_front(&sh, 0) || !keep_front(&sh, 1))
         return HPR_SEES_NOTHING;
-    size_t found = 0, count = candidates ? candidate_count : visibility->patches->count;
-    for (size_t i = 0; i < count; i++) {
-        uint32_t patch = candidates ? candidates[i] : (uint32_t)i;
-        if (!may_block(&sh, patch))
+    set_box(&sh);
+    if (!candidates) {
+        candidates = visibility->divider;
+        candidate_count = visibility->divider_count;
+    }
+    size_t found = 0;
+    for (size_t i = 0; i < candidate_count; i++) {
+        uint32_t index = candidates[i];
+        hpr_verdict past = view_past(&sh, index);
+        if (past == HPR_SEES_NOTHING)
+            return past;
+        if (past == HPR_SEES_WHOLLY)
             continue;
-        if (!blockers && !blocker_count)
-            return HPR_SEES_PARTLY;
         if (blockers)
-            blockers[found] = patch;
+            blockers[found] = index;
         found++;
     }
     if (blocker_count)

@@ -1,9 +1,10 @@
 /*
- * The only file that knows Embree (3.13 or 4). Faces are user geometry: Embree walks its tree of boxes in
- * float32 and calls back with every face whose box the ray may touch; the predicates in double decide. (Its
+ * The only file that knows Embree (3.13 or 4). Faces of patches (for first hits) and occluders (for
+ * occlusion) are user geometry: Embree walks its tree of boxes in float32 and calls back with everything
+ * whose box the ray may touch; the predicates in double decide. (Its
  * own triangles and quads would not do: a float32 ray that starts 1e-8 in front of a wall starts behind it.)
  * A float32 ray strays from the true one by less than 4e-7 (|x'| <= 1, length <= 2: rounding of origin and
- * direction, 6e-8 and 2 x 6e-8 per axis); boxes are padded by `padding`, so no face is missed.
+ * direction, 6e-8 and 2 x 6e-8 per axis); boxes are padded by `padding`, so nothing is missed.
  */
 #include "visibility/faces.h"
 
@@ -29,7 +30,7 @@ static const float padding = 1e-6f;
 struct hpr_rays {
     const hpr_visibility *visibility;
     RTCDevice device;
-    RTCScene scene;
+    RTCScene faces, occluders;
 };
 
 /* Embree hands the context through to the callbacks, which find the query behind it. */
@@ -49,13 +50,13 @@ typedef struct first_query {
     bool back;
 } first_query;
 
-static bool is_listed(const uint32_t *listed, size_t count, uint32_t patch)
+static bool is_listed(const uint32_t *listed, size_t count, uint32_t occluder)
 {
     while (count > 0) {
         size_t half = count / 2;
-        if (listed[half] == patch)
+        if (listed[half] == occluder)
             return true;
-        if (listed[half] < patch) {
+        if (listed[half] < occluder) {
             listed += half + 1;
             count -= half + 1;
         } else {
@@ -65,26 +66,37 @@ static bool is_listed(const uint32_t *listed, size_t count, uint32_t patch)
     return false;
 }
 
+static void set_bounds(const double low[3], const double high[3], struct RTCBounds *box)
+{
+    box->lower_x = (float)low[0] - padding;
+    box->lower_y = (float)low[1] - padding;
+    box->lower_z = (float)low[2] - padding;
+    box->upper_x = (float)high[0] + padding;
+    box->upper_y = (float)high[1] + padding;
+    box->upper_z = (float)high[2] + padding;
+}
+
 static void bounds_of_face(const struct RTCBoundsFunctionArguments *args)
 {
     const hpr_visibility *visibility = args->geometryUserPtr;
     const hpr_face *face = &visibility->face[visibility->front[args->primID]];
-    struct RTCBounds *box = args->bounds_o;
-    box->lower_x = (float)face->low[0] - padding;
-    box->lower_y = (float)face->low[1] - padding;
-    box->lower_z = (float)face->low[2] - padding;
-    box->upper_x = (float)face->high[0] + padding;
-    box->upper_y = (float)face->high[1] + padding;
-    box->upper_z = (float)face->high[2] + padding;
+    set_bounds(face->low, face->high, args->bounds_o);
 }
 
-static void occlusion_of_face(const struct RTCOccludedFunctionNArguments *args)
+static void bounds_of_occluder(const struct RTCBoundsFunctionArguments *args)
+{
+    const hpr_visibility *visibility = args->geometryUserPtr;
+    const hpr_occluder *occluder = &visibility->occluder[args->primID];
+    set_bounds(occluder->low, occluder->high, args->bounds_o);
+}
+
+static void occlusion_of_occluder(const struct RTCOccludedFunctionNArguments *args)
 {
     const occlusion_query *query = (const occlusion_query *)args->context;
     const hpr_visibility *visibility = query->visibility;
-    uint32_t patch = visibility->front[args->primID];
-    if (args->valid[0] && hpr_face_blocks(visibility, &visibility->face[patch], query->x, query->y) &&
-        is_listed(query->listed, query->listed_count, patch))
+    if (args->valid[0] &&
+        hpr_occluder_blocks(visibility, &visibility->occluder[args->primID], query->x, query->y) &&
+        is_listed(query->listed, query->listed_count, args->primID))
         ((struct RTCRay *)args->ray)->tfar = -INFINITY;
 }
 
@@ -129,38 +141,52 @@ static hpr_status device_failure(hpr_context *ctx, RTCDevice device, const char 
     return hpr_fail(ctx, HPR_ERR_DEVICE, "Embree refused %s (error %d)", doing, (int)error);
 }
 
-static hpr_status build_scene(hpr_rays *rays)
+/* A tree over `count` boxes. Either of hit and occlusion may be NULL. */
+static RTCScene build_tree(const hpr_rays *rays, size_t count, RTCBoundsFunction bounds,
+                           RTCIntersectFunctionN hit, RTCOccludedFunctionN occlusion)
+{
+    RTCScene scene = rtcNewScene(rays->device);
+    RTCGeometry geometry = rtcNewGeometry(rays->device, RTC_GEOMETRY_TYPE_USER);
+    if (scene && geometry) {
+        rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+        rtcSetGeometryUserPrimitiveCount(geometry, (unsigned)count);
+        rtcSetGeometryUserData(geometry, (void *)rays->visibility);
+        rtcSetGeometryBoundsFunction(geometry, bounds, NULL);
+        if (hit)
+            rtcSetGeometryIntersectFunction(geometry, hit);
+        if (occlusion)
+            rtcSetGeometryOccludedFunction(geometry, occlusion);
+        rtcCommitGeometry(geometry);
+        rtcAttachGeometry(scene, geometry);
+        rtcCommitScene(scene);
+    }
+    if (geometry)
+        rtcReleaseGeometry(geometry);
+    return scene;
+}
+
+static hpr_status build_trees(hpr_rays *rays)
 {
     hpr_context *ctx = rays->visibility->context;
+    size_t faces = rays->visibility->front_count, occluders = rays->visibility->occluder_count;
     char settings[64];
     snprintf(settings, sizeof settings, "threads=1,max_isa=%s", hpr_context_isa(ctx));
     rays->device = rtcNewDevice(settings);
     if (!rays->device)
         return device_failure(ctx, NULL, "to start");
-    rays->scene = rtcNewScene(rays->device);
-    RTCGeometry geometry = rtcNewGeometry(rays->device, RTC_GEOMETRY_TYPE_USER);
-    if (!rays->scene || !geometry) {
-        if (geometry)
-            rtcReleaseGeometry(geometry);
+    rays->faces = build_tree(rays, faces, bounds_of_face, hit_of_face, NULL);
+    if (rays->faces)
+        rays->occluders = build_tree(rays, occluders, bounds_of_occluder, NULL, occlusion_of_occluder);
+    if (!rays->faces || !rays->occluders)
         return device_failure(ctx, rays->device, "a scene");
-    }
-    rtcSetSceneFlags(rays->scene, RTC_SCENE_FLAG_ROBUST);
-    rtcSetGeometryUserPrimitiveCount(geometry, (unsigned)rays->visibility->front_count);
-    rtcSetGeometryUserData(geometry, (void *)rays->visibility);
-    rtcSetGeometryBoundsFunction(geometry, bounds_of_face, NULL);
-    rtcSetGeometryIntersectFunction(geometry, hit_of_face);
-    rtcSetGeometryOccludedFunction(geometry, occlusion_of_face);
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(rays->scene, geometry);
-    rtcReleaseGeometry(geometry);
-    rtcCommitScene(rays->scene);
     enum RTCError error = rtcGetDeviceError(rays->device);
     if (error == RTC_ERROR_OUT_OF_MEMORY)
-        return hpr_fail(ctx, HPR_ERR_MEMORY, "out of memory: Embree's tree of %zu faces",
-                        rays->visibility->front_count);
+        return hpr_fail(ctx, HPR_ERR_MEMORY, "out of memory: Embree's trees of %zu faces, %zu occluders",
+                        faces, occluders);
     if (error != RTC_ERROR_NONE)
-        return hpr_fail(ctx, HPR_ERR_DEVICE, "Embree refused the tree of %zu faces (error %d)",
-                        rays->visibility->front_count, (int)error);
+        return hpr_fail(ctx, HPR_ERR_DEVICE,
+                        "Embree refused the trees of %zu faces, %zu occluders (error %d)", faces, occluders,
+                        (int)error);
     return HPR_OK;
 }
 
@@ -172,7 +198,7 @@ hpr_status hpr_rays_create(const hpr_visibility *visibility, hpr_rays **out)
     if (status != HPR_OK)
         return status;
     rays->visibility = visibility;
-    status = build_scene(rays);
+    status = build_trees(rays);
     if (status != HPR_OK)
         hpr_rays_destroy(&rays);
     *out = rays;
@@ -184,8 +210,10 @@ void hpr_rays_destroy(hpr_rays **out)
     hpr_rays *rays = *out;
     if (!rays)
         return;
-    if (rays->scene)
-        rtcReleaseScene(rays->scene);
+    if (rays->faces)
+        rtcReleaseScene(rays->faces);
+    if (rays->occluders)
+        rtcReleaseScene(rays->occluders);
     if (rays->device)
         rtcReleaseDevice(rays->device);
     hpr_release(rays->visibility->context, rays);
@@ -242,7 +270,7 @@ bool hpr_rays_blocked(const hpr_rays *rays, const double x[3], const double y[3]
     struct RTCRay ray;
     hpr_subtract3(stop, start, step);
     set_ray(&ray, start, step, 1);
-    trace_occlusion(rays->scene, &query.base, &ray);
+    trace_occlusion(rays->occluders, &query.base, &ray);
     return ray.tfar < 0;
 }
 
@@ -253,7 +281,7 @@ hpr_hit hpr_rays_first(const hpr_rays *rays, const hpr_ray *ray, bool *back)
     struct RTCRayHit embree_ray = {
         .hit = {.primID = RTC_INVALID_GEOMETRY_ID, .geomID = RTC_INVALID_GEOMETRY_ID}};
     set_ray(&embree_ray.ray, ray->base, ray->direction, ray->length + (double)padding);
-    trace_first(rays->scene, &query.base, &embree_ray);
+    trace_first(rays->faces, &query.base, &embree_ray);
     *back = query.back;
     return query.best;
 }

@@ -1,5 +1,6 @@
 /*
- * What visibility knows of a patch, and the two predicates in double that decide every ray.
+ * What visibility knows of a patch and of an occluder, and the predicates in double that decide every ray: a
+ * patch is hit, an occluder blocks.
  *
  * All of it is in scene units: x' = (x - centre) * scale with scale a power of two, so that every corner has
  * |x'| <= 1, differences of neighbouring points lose nothing to the scene's offset, and a length goes back to
@@ -7,15 +8,16 @@
  *
  * slack is the distance below which two points are the same: 1e-12 of the scene plus what the coordinates of
  * the input resolve, 8 eps max|x|. A plane separates two points if both are farther than slack from it. A
- * crossing at the angle theta to the plane is known to slack / sin(theta); a patch is closed and grows by
- * that much, at most by reach, so that patches that share an edge leave no gap. reach bounds the growth, so
- * that the box of the grown patch (hpr_face.low, high) holds every accepted crossing: that makes "which
- * candidates did Embree's tree show" irrelevant to the result.
+ * crossing at the angle theta to the plane is known to slack / sin(theta); a polygon is closed and grows by
+ * that much, at most by reach, so that polygons that share an edge leave no gap. reach bounds the growth, so
+ * that the box of the grown polygon (low, high) holds every accepted crossing: that makes "which candidates
+ * did Embree's tree show" irrelevant to the result.
  */
 #ifndef HPR_VISIBILITY_FACES_H
 #define HPR_VISIBILITY_FACES_H
 
 #include "math/vec3.h"
+#include "visibility/occluders.h"
 #include "visibility/rays.h"
 #include "visibility/visibility.h"
 
@@ -30,6 +32,15 @@ typedef struct hpr_face {
     bool empty;  /* no area: nothing hits it */
 } hpr_face;
 
+/* A convex polygon; inside of edge k is where inward[k] . (x - origin) >= offset[k]. */
+typedef struct hpr_occluder {
+    double origin[3], normal[3];
+    double low[3], high[3]; /* box of the corners after growing by reach */
+    int edge_count;
+    double inward[HPR_OCCLUDER_CORNERS][3]; /* of length 1 */
+    double offset[HPR_OCCLUDER_CORNERS];
+} hpr_occluder;
+
 struct hpr_visibility {
     hpr_context *context;
     const hpr_patches *patches;
@@ -37,6 +48,12 @@ struct hpr_visibility {
     hpr_face *face; /* [patches->count] */
     size_t front_count;
     uint32_t *front; /* [front_count] patches that are not the back of another, rising */
+    size_t occluder_count;
+    hpr_occluder *occluder; /* [occluder_count] */
+    hpr_convex *outline;    /* [occluder_count] the same in metres */
+    size_t divider_count;
+    uint32_t *divider; /* [divider_count] occluders with something on both sides of their plane: only these
+                        * can come between patches; rising */
     hpr_rays *rays;
 };
 
@@ -65,21 +82,42 @@ static inline double hpr_face_growth(const hpr_visibility *visibility, double si
     return fmin(visibility->slack / sine, visibility->reach);
 }
 
-/* Does the face cut the segment between x and y, in scene units? */
-static inline bool hpr_face_blocks(const hpr_visibility *visibility, const hpr_face *face, const double x[3],
-                                   const double y[3])
+/* Is origin + offset, a point of the plane, in the closed polygon grown by `growth`? */
+static inline bool hpr_occluder_holds(const hpr_occluder *occluder, const double offset[3], double growth)
 {
-    double slack = visibility->slack, from_x[3], from_y[3], step[3], crossing[3], s, t;
-    hpr_subtract3(x, face->origin, from_x);
-    hpr_subtract3(y, face->origin, from_y);
-    double height_x = hpr_dot3(face->normal, from_x), height_y = hpr_dot3(face->normal, from_y);
-    if (!((height_x > slack && height_y < -slack) || (height_x < -slack && height_y > slack)) || face->empty)
+    for (int k = 0; k < occluder->edge_count; k++) {
+        if (hpr_dot3(occluder->inward[k], offset) < occluder->offset[k] - growth)
+            return false;
+    }
+    return true;
+}
+
+/* Where the segment between x and y, in scene units, crosses the occluder's plane, relative to its origin,
+ * and the sine of the angle between them; false if it does not. */
+static inline bool hpr_occluder_crossing(const hpr_visibility *visibility, const hpr_occluder *occluder,
+                                         const double x[3], const double y[3], double crossing[3],
+                                         double *sine)
+{
+    double slack = visibility->slack, from_x[3], from_y[3], step[3];
+    hpr_subtract3(x, occluder->origin, from_x);
+    hpr_subtract3(y, occluder->origin, from_y);
+    double height_x = hpr_dot3(occluder->normal, from_x), height_y = hpr_dot3(occluder->normal, from_y);
+    if (!((height_x > slack && height_y < -slack) || (height_x < -slack && height_y > slack)))
         return false;
     double drop = height_x - height_y;
     hpr_subtract3(y, x, step);
     hpr_add_scaled3(from_x, height_x / drop, step, crossing);
-    return hpr_face_holds(face, crossing, hpr_face_growth(visibility, fabs(drop) / hpr_length3(step)), &s,
-                          &t);
+    *sine = fabs(drop) / hpr_length3(step);
+    return true;
+}
+
+/* Does the occluder cut the segment between x and y, in scene units? */
+static inline bool hpr_occluder_blocks(const hpr_visibility *visibility, const hpr_occluder *occluder,
+                                       const double x[3], const double y[3])
+{
+    double crossing[3], sine;
+    return hpr_occluder_crossing(visibility, occluder, x, y, crossing, &sine) &&
+           hpr_occluder_holds(occluder, crossing, hpr_face_growth(visibility, sine));
 }
 
 /* Where the line base + distance * direction (length 1) meets the face; false if it does not. */

@@ -1,4 +1,5 @@
-/* The seam to Embree (embree.c): a tree of boxes that shows every face whose box a ray may touch. */
+/* The seam to Embree (embree.c): trees of boxes that show every face, or occluder, whose box a ray may touch.
+ */
 #ifndef HPR_VISIBILITY_RAYS_H
 #define HPR_VISIBILITY_RAYS_H
 
@@ -6,13 +7,13 @@
 
 typedef struct hpr_rays hpr_rays;
 
-/* Builds the tree over visibility->front; everything but `rays` must be set. Errors: HPR_ERR_DEVICE,
- * HPR_ERR_MEMORY. */
+/* Builds the trees over visibility->front and over the occluders; everything but `rays` must be set. Errors:
+ * HPR_ERR_DEVICE, HPR_ERR_MEMORY. */
 hpr_status hpr_rays_create(const hpr_visibility *visibility, hpr_rays **rays);
 void hpr_rays_destroy(hpr_rays **rays);
 
-/* True if one of the listed patches (rising) blocks x-y by hpr_face_blocks. start-stop is the part of the
- * segment near the scene, within the ball of radius 1.1 around the origin. All in scene units. */
+/* True if one of the listed occluders (rising) blocks x-y by hpr_occluder_blocks. start-stop is the part of
+ * the segment near the scene, within the ball of radius 1.1 around the origin. All in scene units. */
 bool hpr_rays_blocked(const hpr_rays *rays, const double x[3], const double y[3], const double start[3],
                       const double stop[3], const uint32_t *listed, size_t listed_count);
 

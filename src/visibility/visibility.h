@@ -5,14 +5,15 @@
 #ifndef HPR_VISIBILITY_VISIBILITY_H
 #define HPR_VISIBILITY_VISIBILITY_H
 
+#include "math/convex.h"
 #include "patch/patches.h"
 
 typedef struct hpr_visibility hpr_visibility;
 
 typedef enum hpr_verdict {
-    HPR_SEES_NOTHING, /* facing away, coplanar, or wholly behind one another */
-    HPR_SEES_WHOLLY,  /* no patch can come between */
-    HPR_SEES_PARTLY   /* some patch may come between */
+    HPR_SEES_NOTHING, /* facing away, coplanar, wholly behind one another, or hidden by one occluder */
+    HPR_SEES_WHOLLY,  /* no occluder can come between */
+    HPR_SEES_PARTLY   /* some occluder may come between */
 } hpr_verdict;
 
 /* A planar convex piece of a patch: its corners (at most 4) and the patch's normal. */
@@ -22,23 +23,35 @@ typedef struct hpr_facet {
     double normal[3];
 } hpr_facet;
 
-/* Builds the ray structure over all patches, recentred and scaled to unit size. Twins share one geometry.
- * Errors: HPR_ERR_DEVICE, HPR_ERR_MEMORY. Borrows `patches` until destroyed. */
+/*
+ * Builds what rays need, recentred and scaled to unit size: the patches, of which twins share one geometry,
+ * and the occluders. Occluders are what blocks, apart from how it is tessellated: patches of one plane that
+ * adjoin, merged to convex polygons that cover the same up to the slack (see classify). They have indices of
+ * their own, in the order of their lowest patches; if nothing merges and nothing is a twin, those of the
+ * patches. Errors: HPR_ERR_DEVICE, HPR_ERR_MEMORY. Borrows `patches` until destroyed.
+ */
 hpr_status hpr_visibility_create(const hpr_patches *patches, hpr_visibility **visibility);
 void hpr_visibility_destroy(hpr_visibility **visibility);
 
 /* The patches that it was made from. */
 const hpr_patches *hpr_visibility_patches(const hpr_visibility *visibility);
 
+size_t hpr_visibility_occluder_count(const hpr_visibility *visibility);
+
+/* The occluders as polygons in metres, [occluder_count]; valid as long as `visibility` is. */
+const hpr_convex *hpr_visibility_outlines(const hpr_visibility *visibility);
+
 /*
- * Conservative verdict for two facets. A patch can come between only if its plane has points of the two
- * facets strictly on both sides, it reaches strictly in front of both facets' planes, it meets the interior
- * of the box around both, and no plane of their convex hull has it outside. "Strictly" is by more than the
- * slack: 1e-12 of the scene's size plus 8 eps of its largest coordinate (faces.h).
- * `candidates` [candidate_count]: patches to consider (rising, as a classify of larger facets lists them),
- * NULL: all. The blockers found go to `blockers` (room for candidate_count, or for all patches; NULL: not
- * wanted) in rising order and *blocker_count. Of twins only the front is listed. Never says HPR_SEES_WHOLLY
- * when something blocks, nor HPR_SEES_NOTHING when something is seen. Thread-safe.
+ * Verdict for two facets, pieces of patches. An occluder can come between if its plane has points of the two
+ * facets strictly on both sides and it meets the interior of their convex hull; of the facets only what is in
+ * front of the other's plane counts. Nothing is seen if the facets face away, or if all segments from corner
+ * to corner cross one and the same occluder (then all segments do: where they cross its plane is the convex
+ * hull of the corners' crossings). "Strictly" is by more than the slack: 1e-12 of the scene's size plus 8 eps
+ * of its largest coordinate (faces.h). So no facet is blocked by the occluder that it is part of.
+ * `candidates` [candidate_count]: occluders to consider (rising, as a classify of larger facets lists them),
+ * NULL: all. The blockers found go to `blockers` (room for candidate_count, or for all occluders; NULL: not
+ * wanted) in rising order and *blocker_count (0 unless seen partly). Never says HPR_SEES_WHOLLY when
+ * something blocks, nor HPR_SEES_NOTHING when something is seen. Thread-safe.
  */
 hpr_verdict hpr_visibility_classify(const hpr_visibility *visibility, const hpr_facet *a, const hpr_facet *b,
                                     const uint32_t *candidates, size_t candidate_count, uint32_t *blockers,
@@ -49,8 +62,8 @@ hpr_verdict hpr_visibility_classify(const hpr_visibility *visibility, const hpr_
 bool hpr_visibility_unobstructed(const hpr_visibility *visibility, size_t patch);
 
 /*
- * True if one of the given patches (rising, as classify lists them) cuts the open segment x-y: x and y lie
- * strictly on both sides of its plane and the crossing point is in the closed patch. Double precision; long
+ * True if one of the given occluders (rising, as classify lists them) cuts the open segment x-y: x and y lie
+ * strictly on both sides of its plane and the crossing point is in the closed polygon. Double precision; long
  * lists are searched through Embree with the same predicate. Thread-safe.
  */
 bool hpr_visibility_blocked(const hpr_visibility *visibility, const double x[3], const double y[3],

@@ -440,9 +440,9 @@ static void nothing_to_see(void **state)
     for (uint32_t i = 0; i < 20; i++)
         all[i] = i;
     const double x[3] = {0.1, 0.1, 1}, y[3] = {0.1, 0.1, -1};
-    assert_true(hpr_visibility_blocked(visibility, x, y, all, 20));
-    assert_false(hpr_visibility_blocked(visibility, x, y, all, 19));
-    assert_false(hpr_visibility_blocked(visibility, x, x, all, 20));
+    assert_int_equal(hpr_visibility_occluder_count(visibility), 1);
+    assert_true(hpr_visibility_blocked(visibility, x, y, all, 1));
+    assert_false(hpr_visibility_blocked(visibility, x, x, all, 1));
     assert_false(hpr_visibility_blocked(visibility, x, y, all, 0));
     assert_int_equal(classify(visibility, patches, 19, 19, all, &count), HPR_SEES_NOTHING);
     hpr_visibility_destroy(&visibility);
@@ -486,7 +486,7 @@ static void memory_may_run_out_anywhere(void **state)
         assert_int_equal(status, HPR_ERR_MEMORY);
         failures++;
     }
-    assert_int_equal(failures, 4);
+    assert_true(failures >= 4); /* itself, faces, fronts, rays; and what merging takes */
     allocator.fail_at = SIZE_MAX;
     hpr_patches_destroy(&patches);
     hpr_context_destroy(&ctx);

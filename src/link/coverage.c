@@ -1,0 +1,461 @@
+#include "link/coverage.h"
+
+#include "basis/basis.h"
+#include "math/dense.h"
+#include "quadrature/cuts.h"
+#include "quadrature/rule.h"
+
+#include <string.h>
+
+/* A segment in which another patch meets a patch's plane, in the patch's parameters. */
+typedef struct foot {
+    double from[2], to[2];
+} foot;
+
+enum { MAX_PIECES = 16 };
+
+/* The open part of a leaf, in the leaf's parameters. */
+typedef struct trimmed {
+    int piece_count; /* 0: wholly covered */
+    hpr_polygon piece[MAX_PIECES];
+    double *gram, *inverse; /* [n][n] G and its pseudo-inverse */
+} trimmed;
+
+struct hpr_coverage {
+    hpr_context *context;
+    const hpr_patches *patches;
+    const hpr_elements *elements;
+    uint32_t *trim_of_leaf; /* [leaf_count] index into trim, HPR_NONE: open */
+    size_t trim_count, trim_capacity;
+    trimmed *trim;
+};
+
+typedef struct search {
+    hpr_coverage *coverage;
+    const hpr_visibility *visibility;
+    hpr_gauss_table *gauss;
+    double slack; /* metres */
+    uint32_t patch;
+    foot *feet;
+    size_t foot_count, foot_capacity;
+    bool faced; /* some patch lies against the patch */
+} search;
+
+void hpr_coverage_destroy(hpr_coverage **out)
+{
+    hpr_coverage *coverage = *out;
+    if (!coverage)
+        return;
+    for (size_t i = 0; i < coverage->trim_count; i++) {
+        hpr_release(coverage->context, coverage->trim[i].gram);
+        hpr_release(coverage->context, coverage->trim[i].inverse);
+    }
+    hpr_release(coverage->context, coverage->trim);
+    hpr_release(coverage->context, coverage->trim_of_leaf);
+    hpr_release(coverage->context, coverage);
+    *out = NULL;
+}
+
+/* Where the outline of another patch meets the plane of the search's patch: its edges in the plane, or the
+ * chord in which it crosses. */
+static hpr_status add_feet(search *s, uint32_t other)
+{
+    const hpr_patches *patches = s->coverage->patches;
+    double corner[4][3], height[4], point[8][3];
+    size_t count = hpr_patch_corners(patches, other, corner), points = 0;
+    for (size_t i = 0; i < count; i++) {
+        double offset[3];
+        hpr_subtract3(corner[i], patches->origin + 3 * (size_t)s->patch, offset);
+        height[i] = hpr_dot3(offset, patches->normal + 3 * (size_t)s->patch);
+    }
+    hpr_status status = HPR_OK;
+    bool coplanar = true;
+    for (size_t i = 0; i < count; i++)
+        coplanar &= fabs(height[i]) <= s->slack;
+    s->faced |=
+        coplanar && hpr_dot3(patches->normal + 3 * (size_t)s->patch, patches->normal + 3 * (size_t)other) < 0;
+    for (size_t i = 0; i < count && status == HPR_OK; i++) {
+        size_t j = (i + 1) % count;
+        bool here = fabs(height[i]) <= s->slack, there = fabs(height[j]) <= s->slack;
+        if (here && there) {
+            foot edge;
+            hpr_patch_parameters(patches, s->patch, corner[i], &edge.from[0], &edge.from[1]);
+            hpr_patch_parameters(patches, s->patch, corner[j], &edge.to[0], &edge.to[1]);
+            status =
+                hpr_grow(s->coverage->context, &s->feet, &s->foot_capacity, s->foot_count + 1, sizeof edge);
+            if (status == HPR_OK)
+                s->feet[s->foot_count++] = edge;
+        } else if (here) {
+            memcpy(point[points++], corner[i], sizeof *point);
+        } else if (!there && height[i] * height[j] < 0) {
+            for (int k = 0; k < 3; k++)
+                point[points][k] =
+                    corner[i][k] + height[i] / (height[i] - height[j]) * (corner[j][k] - corner[i][k]);
+            points++;
+        }
+    }
+    if (status == HPR_OK && points == 2) {
+        foot chord;
+        hpr_patch_parameters(patches, s->patch, point[0], &chord.from[0], &chord.from[1]);
+        hpr_patch_parameters(patches, s->patch, point[1], &chord.to[0], &chord.to[1]);
+        status = hpr_grow(s->coverage->context, &s->feet, &s->foot_capacity, s->foot_count + 1, sizeof chord);
+        if (status == HPR_OK)
+            s->feet[s->foot_count++] = chord;
+    }
+    return status;
+}
+
+/* Does the segment run through the inside of the patch's parameter domain, by more than `slack` parameters?
+ */
+static bool runs_inside(const foot *f, bool triangle, double slack)
+{
+    double low = 0, high = 1; /* the part of the segment inside, clipped by the sides moved inward */
+    double d[2] = {f->to[0] - f->from[0], f->to[1] - f->from[1]};
+    const double side[4][3] = {{1, 0, 0}, {0, 1, 0}, {-1, triangle ? -1 : 0, -1}, {0, -1, -1}};
+    for (int i = 0; i < (triangle ? 3 : 4); i++) {
+        double at = side[i][0] * f->from[0] + side[i][1] * f->from[1] - side[i][2] - slack;
+        double along = side[i][0] * d[0] + side[i][1] * d[1];
+        if (along == 0) {
+            if (at <= 0)
+                return false;
+        } else if (along > 0) {
+            low = fmax(low, -at / along);
+        } else {
+            high = fmin(high, -at / along);
+        }
+    }
+    return (high - low) * hypot(d[0], d[1]) > slack;
+}
+
+/* Feet that cut the patch are kept. */
+static hpr_status find_feet(search *s)
+{
+    const hpr_patches *patches = s->coverage->patches;
+    double low[3], high[3], corner[4][3];
+    bool triangle = patches->shape[s->patch] == HPR_SHAPE_TRIANGLE;
+    double size = sqrt(patches->area_m2[s->patch]);
+    size_t count = hpr_patch_corners(patches, s->patch, corner);
+    for (int k = 0; k < 3; k++) {
+        low[k] = high[k] = corner[0][k];
+        for (size_t i = 1; i < count; i++) {
+            low[k] = fmin(low[k], corner[i][k]);
+            high[k] = fmax(high[k], corner[i][k]);
+        }
+    }
+    hpr_status status = HPR_OK;
+    s->foot_count = 0;
+    s->faced = false;
+    for (uint32_t other = 0; other < patches->count && status == HPR_OK; other++) {
+        if (other == s->patch || other == patches->twin[s->patch])
+            continue;
+        bool apart = false;
+        size_t corners = hpr_patch_corners(patches, other, corner);
+        for (int k = 0; k < 3 && !apart; k++) {
+            double least = INFINITY, most = -INFINITY;
+            for (size_t i = 0; i < corners; i++) {
+                least = fmin(least, corner[i][k]);
+                most = fmax(most, corner[i][k]);
+            }
+            apart = least > high[k] + s->slack || most < low[k] - s->slack;
+        }
+        if (!apart)
+            status = add_feet(s, other);
+    }
+    size_t kept = 0;
+    for (size_t i = 0; i < s->foot_count; i++) {
+        if (runs_inside(&s->feet[i], triangle, s->slack / size))
+            s->feet[kept++] = s->feet[i];
+    }
+    s->foot_count = kept;
+    return status;
+}
+
+/* Lies the point, on the patch's plane, in a patch that faces the other way? */
+static bool lies_against(const search *s, const double point[3])
+{
+    const hpr_patches *patches = s->coverage->patches;
+    const double *normal = patches->normal + 3 * (size_t)s->patch;
+    for (size_t i = 0; i < patches->count; i++) {
+        double offset[3], u, v;
+        if (i == s->patch || i == patches->twin[s->patch] ||
+            hpr_dot3(normal, patches->normal + 3 * i) > -0.999)
+            continue;
+        hpr_subtract3(point, patches->origin + 3 * i, offset);
+        if (fabs(hpr_dot3(offset, patches->normal + 3 * i)) > s->slack)
+            continue;
+        hpr_patch_parameters(patches, i, point, &u, &v);
+        bool triangle = patches->shape[i] == HPR_SHAPE_TRIANGLE;
+        if (u > 0 && v > 0 && (triangle ? u + v < 1 : u < 1 && v < 1))
+            return true;
+    }
+    return false;
+}
+
+/* Are backs of single-sided patches all that the point sees? By directions on a Fibonacci lattice, cosine
+ * distributed. */
+static bool sees_only_backs(const search *s, const double point[3])
+{
+    enum { DIRECTIONS = 64 };
+    static const double golden = 2.39996322972865332;
+    const hpr_patches *patches = s->coverage->patches;
+    hpr_vec3 n = hpr_vec3_load(patches->normal + 3 * (size_t)s->patch);
+    hpr_vec3 u = hpr_vec3_load(patches->edge1 + 3 * (size_t)s->patch);
+    u = hpr_scale(u, 1 / hpr_length(u));
+    hpr_vec3 v = hpr_cross(n, u);
+    for (int i = 0; i < DIRECTIONS; i++) {
+        double square = (i + 0.5) / DIRECTIONS, radius = sqrt(square), direction[3];
+        bool back = false;
+        hpr_vec3 d = hpr_madd(hpr_scale(n, sqrt(1 - square)), radius * cos(i * golden), u);
+        hpr_vec3_store(direction, hpr_madd(d, radius * sin(i * golden), v));
+        hpr_hit hit =
+            hpr_visibility_first_hit(s->visibility, point, direction, s->slack, INFINITY, false, &back);
+        if (hit.patch == HPR_NONE || !back)
+            return false;
+    }
+    return true;
+}
+
+static bool is_covered(const search *s, uint32_t node, const hpr_polygon *piece)
+{
+    const hpr_elements *e = s->coverage->elements;
+    double at[2] = {0, 0}, point[3];
+    for (int i = 0; i < piece->count; i++) {
+        at[0] += piece->corner[i][0] / piece->count;
+        at[1] += piece->corner[i][1] / piece->count;
+    }
+    for (size_t k = 0; k < 3; k++)
+        point[k] = e->origin[3 * node + k] + at[0] * e->edge1[3 * node + k] + at[1] * e->edge2[3 * node + k];
+    return lies_against(s, point) || sees_only_backs(s, point);
+}
+
+/* The line of a foot in the parameters of a leaf; false if the foot does not run through the leaf. */
+static bool leaf_line(const search *s, uint32_t node, const foot *f, hpr_affine *line)
+{
+    const hpr_patches *patches = s->coverage->patches;
+    const hpr_elements *e = s->coverage->elements;
+    size_t p = 3 * (size_t)s->patch, n = 3 * (size_t)node;
+    hpr_vec3 e1 = hpr_vec3_load(patches->edge1 + p), e2 = hpr_vec3_load(patches->edge2 + p);
+    hpr_vec3 origin = hpr_vec3_load(patches->origin + p);
+    hpr_vec3 a = hpr_vec3_load(e->edge1 + n), b = hpr_vec3_load(e->edge2 + n), across = hpr_cross(a, b);
+    double square = hpr_dot(across, across);
+    foot own;
+    for (int end = 0; end < 2; end++) {
+        const double *at = end ? f->to : f->from;
+        hpr_vec3 x = hpr_sub(hpr_madd(hpr_madd(origin, at[0], e1), at[1], e2), hpr_vec3_load(e->origin + n));
+        double *to = end ? own.to : own.from;
+        to[0] = hpr_dot(hpr_cross(x, b), across) / square;
+        to[1] = hpr_dot(hpr_cross(a, x), across) / square;
+    }
+    bool triangle = patches->shape[s->patch] == HPR_SHAPE_TRIANGLE;
+    if (!runs_inside(&own, triangle, s->slack / sqrt(e->area_m2[node])))
+        return false;
+    double d[2] = {own.to[0] - own.from[0], own.to[1] - own.from[1]};
+    *line = (hpr_affine){d[1] * own.from[0] - d[0] * own.from[1], -d[1], d[0]};
+    return true;
+}
+
+/* G += ∫ over a piece. */
+static void add_gram(const search *s, const trimmed *t, hpr_shape shape, int degree, const hpr_polygon *piece)
+{
+    hpr_cell cell[HPR_POLYGON_MAX];
+    double basis[HPR_MAX_BASIS];
+    size_t n = hpr_basis_count(shape, degree);
+    int nodes = (shape == HPR_SHAPE_TRIANGLE ? degree : 2 * degree) + 1, count = hpr_cuts_fan(piece, cell);
+    const hpr_box whole = hpr_box_unit();
+    for (int c = 0; c < count; c++) {
+        for (int k = 0; k < nodes * nodes; k++) {
+            hpr_outer_point x = hpr_outer_at(s->gauss, &(hpr_element_frame){0}, &cell[c], &whole, nodes, k);
+            hpr_basis_eval(shape, degree, x.s, x.t, basis);
+            for (size_t i = 0; i < n; i++) {
+                for (size_t j = 0; j < n; j++)
+                    t->gram[i * n + j] += x.weight * basis[i] * basis[j];
+            }
+        }
+    }
+}
+
+static hpr_status keep_trim(search *s, size_t leaf, trimmed *t)
+{
+    static const double determined = 1e-3;
+    hpr_coverage *coverage = s->coverage;
+    hpr_context *ctx = coverage->context;
+    uint32_t node = coverage->elements->leaf[leaf];
+    hpr_shape shape = (hpr_shape)coverage->patches->shape[s->patch];
+    int degree = coverage->elements->degree[node];
+    size_t n = hpr_basis_count(shape, degree);
+    double *work = NULL;
+    hpr_status status = hpr_allocate_into(ctx, &t->gram, n * n, sizeof(double), "covered elements");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &t->inverse, n * n, sizeof(double), "covered elements");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &work, n * n, sizeof(double), "covered elements");
+    if (status == HPR_OK)
+        status =
+            hpr_grow(ctx, &coverage->trim, &coverage->trim_capacity, coverage->trim_count + 1, sizeof *t);
+    if (status == HPR_OK) {
+        for (int i = 0; i < t->piece_count; i++)
+            add_gram(s, t, shape, degree, &t->piece[i]);
+        memcpy(t->inverse, t->gram, n * n * sizeof(double));
+        hpr_dense_pseudo_inverse(n, t->inverse, determined, work);
+        coverage->trim_of_leaf[leaf] = (uint32_t)coverage->trim_count;
+        coverage->trim[coverage->trim_count++] = *t;
+    } else {
+        hpr_release(ctx, t->gram);
+        hpr_release(ctx, t->inverse);
+    }
+    hpr_release(ctx, work);
+    return status;
+}
+
+static hpr_status trim_leaf(search *s, size_t leaf)
+{
+    uint32_t node = s->coverage->elements->leaf[leaf];
+    bool triangle = s->coverage->patches->shape[s->patch] == HPR_SHAPE_TRIANGLE, covered = false;
+    hpr_polygon whole = triangle ? (hpr_polygon){3, {{0, 0}, {1, 0}, {0, 1}}}
+                                 : (hpr_polygon){4, {{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+    hpr_cuts cuts;
+    trimmed t = {0};
+    hpr_cuts_init(&cuts, &whole);
+    for (size_t i = 0; i < s->foot_count; i++) {
+        hpr_affine line;
+        if (leaf_line(s, node, &s->feet[i], &line))
+            hpr_cuts_along(&cuts, &line);
+    }
+    for (int i = 0; i < cuts.count; i++) {
+        if (is_covered(s, node, &cuts.piece[i]))
+            covered = true;
+        else if (t.piece_count < MAX_PIECES)
+            t.piece[t.piece_count++] = cuts.piece[i];
+        else
+            return HPR_OK; /* too intricate: taken as open */
+    }
+    return covered ? keep_trim(s, leaf, &t) : HPR_OK;
+}
+
+static hpr_status trim_all(search *s)
+{
+    const hpr_elements *e = s->coverage->elements;
+    hpr_status status = HPR_OK;
+    for (s->patch = 0; status == HPR_OK && s->patch < s->coverage->patches->count; s->patch++) {
+        status = find_feet(s);
+        if (status != HPR_OK || (s->foot_count == 0 && !s->faced))
+            continue;
+        for (size_t leaf = e->patch_leaf[s->patch]; status == HPR_OK && leaf < e->patch_leaf[s->patch + 1];
+             leaf++)
+            status = trim_leaf(s, leaf);
+    }
+    return status;
+}
+
+hpr_status hpr_coverage_create(const hpr_patches *patches, const hpr_elements *elements, hpr_coverage **out)
+{
+    hpr_context *ctx = patches->context;
+    hpr_coverage *coverage = NULL;
+    hpr_visibility *visibility = NULL;
+    double centre[3];
+    search s = {.slack = fmax(patches->weld_m, 1e-9 * hpr_patches_radius(patches, centre))};
+    *out = NULL;
+    hpr_status status = hpr_allocate_into(ctx, &coverage, 1, sizeof *coverage, "covered elements");
+    if (status != HPR_OK)
+        return status;
+    *coverage = (hpr_coverage){.context = ctx, .patches = patches, .elements = elements};
+    s.coverage = coverage;
+    status = hpr_allocate_into(ctx, &coverage->trim_of_leaf, elements->leaf_count,
+                               sizeof *coverage->trim_of_leaf, "covered elements");
+    if (status == HPR_OK)
+        status = hpr_visibility_create(patches, &visibility);
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &s.gauss, 1, sizeof *s.gauss, "covered elements");
+    if (status == HPR_OK) {
+        hpr_gauss_table_init(s.gauss);
+        for (size_t i = 0; i < elements->leaf_count; i++)
+            coverage->trim_of_leaf[i] = HPR_NONE;
+        s.visibility = visibility;
+        status = trim_all(&s);
+    }
+    hpr_visibility_destroy(&visibility);
+    hpr_release(ctx, s.gauss);
+    hpr_release(ctx, s.feet);
+    if (status != HPR_OK)
+        hpr_coverage_destroy(&coverage);
+    *out = coverage;
+    return status;
+}
+
+const hpr_patches *hpr_coverage_patches(const hpr_coverage *coverage)
+{
+    return coverage->patches;
+}
+
+void hpr_coverage_count(const hpr_coverage *coverage, size_t *partly, size_t *wholly)
+{
+    *partly = *wholly = 0;
+    for (size_t i = 0; i < coverage->trim_count; i++)
+        ++*(coverage->trim[i].piece_count ? partly : wholly);
+}
+
+static const trimmed *trim_of(const hpr_coverage *coverage, size_t leaf)
+{
+    uint32_t index = coverage->trim_of_leaf[leaf];
+    return index == HPR_NONE ? NULL : &coverage->trim[index];
+}
+
+const hpr_polygon *hpr_coverage_parts(const hpr_coverage *coverage, size_t leaf, int *count)
+{
+    const trimmed *trim = trim_of(coverage, leaf);
+    *count = trim ? trim->piece_count : 0;
+    return trim ? trim->piece : NULL;
+}
+
+static bool polygon_holds(const hpr_polygon *polygon, double s, double t)
+{
+    static const double rounding = 1e-12;
+    int left = 0, right = 0;
+    for (int i = 0; i < polygon->count; i++) {
+        const double *a = polygon->corner[i], *b = polygon->corner[(i + 1) % polygon->count];
+        double turn = (b[0] - a[0]) * (t - a[1]) - (b[1] - a[1]) * (s - a[0]);
+        left += turn > rounding;
+        right += turn < -rounding;
+    }
+    return !left || !right;
+}
+
+bool hpr_coverage_open(const hpr_coverage *coverage, size_t leaf, double s, double t)
+{
+    const trimmed *trim = trim_of(coverage, leaf);
+    bool open = !trim;
+    for (int i = 0; !open && i < trim->piece_count; i++)
+        open = polygon_holds(&trim->piece[i], s, t);
+    return open;
+}
+
+static size_t leaf_functions(const hpr_coverage *coverage, size_t leaf)
+{
+    return coverage->elements->dof[leaf + 1] - coverage->elements->dof[leaf];
+}
+
+void hpr_coverage_project(const hpr_coverage *coverage, size_t leaf, double *moment)
+{
+    const trimmed *trim = trim_of(coverage, leaf);
+    if (!trim)
+        return;
+    double kept[HPR_MAX_BASIS];
+    size_t n = leaf_functions(coverage, leaf);
+    memcpy(kept, moment, n * sizeof *kept);
+    for (size_t k = 0; k < n; k++) {
+        moment[k] = 0;
+        for (size_t l = 0; l < n; l++)
+            moment[k] += trim->inverse[k * n + l] * kept[l];
+    }
+}
+
+double hpr_coverage_mean(const hpr_coverage *coverage, size_t leaf, const double *coefficient, size_t stride)
+{
+    const trimmed *trim = trim_of(coverage, leaf);
+    if (!trim)
+        return coefficient[0];
+    double sum = 0;
+    for (size_t l = 0; l < leaf_functions(coverage, leaf); l++)
+        sum += trim->gram[l] * coefficient[l * stride];
+    return sum;
+}

@@ -1,0 +1,52 @@
+/*
+ * What of an element lies open. A block that stands on a floor covers a part of it; there no light arrives,
+ * and at its foot the irradiance jumps. A polynomial that had to follow the jump would ring; so the
+ * projection is taken over the open part alone:
+ *   H = sum_k c_k T_k on the open part O with ∫_O T_k (H - sum_l c_l T_l) dA = 0, that is G c = m,
+ *   G_kl = ∫_O T_k T_l dA, m_k = ∫ T_k H dA, which kernel blocks give: what is covered receives nothing.
+ * On the covered part H is 0.
+ */
+#ifndef HPR_LINK_COVERAGE_H
+#define HPR_LINK_COVERAGE_H
+
+#include "visibility/visibility.h"
+
+#include "quadrature/pair.h"
+
+typedef struct hpr_coverage hpr_coverage;
+
+/*
+ * Finds the covered parts: each patch is cut along the lines in which other patches meet its plane; a piece
+ * is covered if it lies against a patch that faces it, or if all that its points see are backs of
+ * single-sided patches, as under a closed block. Errors: HPR_ERR_MEMORY, HPR_ERR_DEVICE.
+ */
+hpr_status hpr_coverage_create(const hpr_patches *patches, const hpr_elements *elements,
+                               hpr_coverage **coverage);
+void hpr_coverage_destroy(hpr_coverage **coverage);
+
+/* The patches that it was made from. */
+const hpr_patches *hpr_coverage_patches(const hpr_coverage *coverage);
+
+/* Leaves of which some part is covered, and those of which all is. */
+void hpr_coverage_count(const hpr_coverage *coverage, size_t *partly, size_t *wholly);
+
+/*
+ * The open part of a leaf of which some part is covered: convex polygons in its parameters, *count of them, 0
+ * if all is covered. NULL for an open leaf. Borrowed.
+ */
+const hpr_polygon *hpr_coverage_parts(const hpr_coverage *coverage, size_t leaf, int *count);
+
+/* False if the point (s,t) of a leaf is covered. Thread-safe. */
+bool hpr_coverage_open(const hpr_coverage *coverage, size_t leaf, double s, double t);
+
+/*
+ * Turns moments m [n] of a leaf into coefficients c = G+ m in place, n the leaf's functions; nothing to do
+ * for an open leaf. G+ leaves out directions in which the open part determines nothing (eigenvalues below
+ * 1e-3 of the largest). Never allocates; thread-safe.
+ */
+void hpr_coverage_project(const hpr_coverage *coverage, size_t leaf, double *moment);
+
+/* ∫_O T_0 H dA from coefficients, the first apart by `stride`. Thread-safe. */
+double hpr_coverage_mean(const hpr_coverage *coverage, size_t leaf, const double *coefficient, size_t stride);
+
+#endif

@@ -64,7 +64,7 @@ const hpr_field *hpr_summary_fields(size_t *count)
     static const hpr_field fields[] = {
         {"order", HPR_FIELD_INT, AT(options.order), 1},
         {"subdivide", HPR_FIELD_INT, AT(options.subdivide), 1},
-        {"feet", HPR_FIELD_INT, AT(options.feet), 1},
+        {"feet", HPR_FIELD_INT, AT(options.feet), 2},
         {"blockTolerance", HPR_FIELD_DOUBLE, AT(options.block_tolerance), 1},
         {"solverTolerance", HPR_FIELD_DOUBLE, AT(options.solver_tolerance), 1},
         {"maxSweeps", HPR_FIELD_INT, AT(options.max_sweeps), 1},
@@ -84,7 +84,7 @@ const hpr_field *hpr_summary_fields(size_t *count)
         {"degenerateCount", HPR_FIELD_SIZE, AT(degenerate_count), 1},
         {"duplicateCount", HPR_FIELD_SIZE, AT(duplicate_count), 1},
         {"blockToleranceUsed", HPR_FIELD_DOUBLE, AT(block_tolerance), 1},
-        {"blockedTolerance", HPR_FIELD_DOUBLE, AT(blocked_tolerance), 1},
+        {"blockedTolerance", HPR_FIELD_DOUBLE, AT(blocked_tolerance), 2},
         {"shortCount", HPR_FIELD_SIZE, AT(short_count), 1},
         {"sweeps", HPR_FIELD_INT, AT(sweeps), 1},
         {"residual", HPR_FIELD_DOUBLE, AT(residual), 1},

@@ -79,7 +79,7 @@ typedef struct hpr_field {
     const char *key;
     hpr_field_kind kind;
     size_t offset;
-    size_t since; /* the version that brought it; files of an older one leave it 0 */
+    size_t since; /* the version from which on it must be there; older files may leave it 0 */
 } hpr_field;
 
 /* Members of hpr_solve_summary, hpr_energy and the numbers of hpr_camera; *count receives how many. */

@@ -300,9 +300,9 @@ static hpr_status read_fields(const reader *r, const cJSON *object, const char *
                               const hpr_field *fields, size_t count)
 {
     for (size_t i = 0; i < count; i++) {
-        if (fields[i].since > r->version)
-            continue;
         const cJSON *item = member(object, fields[i].key);
+        if (!item && fields[i].since > r->version)
+            continue;
         char *at = (char *)structure + fields[i].offset;
         double number = 0;
         size_t size = 0;

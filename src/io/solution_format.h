@@ -29,6 +29,8 @@
  * - solution.irradiance (float64 per coefficient and channel): H(x) = sum_k irradiance[k] T_k(x); its
  *   indirect part if summary.direct is 0 (exact): then D(x), the light straight from the emitters, is added;
  *   in W/m2 * m; T_k is the orthonormal basis of basis/basis.h
+ * - solution.surroundings (float64 per patch and channel): S, W/m2. With V(x) the open part of the view,
+ * light from outside adds (pi L - S) V(x) to H if summary.environment is 1
  * - solution.error (float64 per leaf): estimated L2 error of H, in W/m2 * m; NaN: unknown
  * - cameras[]: name, kind (perspective, orthographic), origin, right, up, backward, yfov, aspectRatio (0: the
  *   picture's), xmag, ymag, znear, zfar
@@ -63,10 +65,11 @@ typedef struct hpr_column {
     hpr_component component;
     size_t components, count;
     bool derived; /* follows from the others: checked when read, not taken */
+    size_t since; /* the version from which on it must be there; in older files all of it may be 0 */
     void *array;  /* address of the pointer in the solution, NULL if there is no solution */
 } hpr_column;
 
-enum { HPR_COLUMN_COUNT = 25 };
+enum { HPR_COLUMN_COUNT = 26 };
 
 /* Lists the arrays; `solution` may be NULL. */
 void hpr_solution_columns(const hpr_solution_sizes *sizes, hpr_solution *solution,

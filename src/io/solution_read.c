@@ -4,6 +4,7 @@
 #include "io/json_text.h"
 #include "io/solution_format.h"
 
+#include <float.h>
 #include <limits.h>
 #include <math.h>
 #include <string.h>
@@ -75,7 +76,7 @@ static hpr_status read_sizes(reader *r)
     return status;
 }
 
-/* The bytes of one array; *data is NULL for an empty one. */
+/* The bytes of one array; *data is NULL for an empty one, and for one that older files do not have. */
 static hpr_status find_column(const reader *r, const hpr_column *column, const unsigned char **data,
                               size_t *bytes)
 {
@@ -84,6 +85,10 @@ static hpr_status find_column(const reader *r, const hpr_column *column, const u
     size_t count, components, view;
     *data = NULL;
     *bytes = column->count * column->components * hpr_component_bytes(column->component);
+    if (!array && column->since > r->version) {
+        *bytes = 0;
+        return HPR_OK;
+    }
     if (!type || strcmp(type, hpr_component_name(column->component)) ||
         !hpr_json_read_size(member(array, "count"), 0x1p53, &count) || count != column->count ||
         !hpr_json_read_size(member(array, "components"), 0x1p53, &components) ||
@@ -289,6 +294,8 @@ static hpr_status check_coefficients(const reader *r)
     const hpr_solution *solution = r->solution;
     if (!all_finite(solution->irradiance, r->sizes.dofs * r->sizes.channels))
         return broken(r, "a coefficient of the irradiance is not finite");
+    if (!all_within(solution->surroundings, r->sizes.patches * r->sizes.channels, 0, DBL_MAX))
+        return broken(r, "the surroundings of a patch are not finite and >= 0");
     for (size_t i = 0; i < r->sizes.leaves; i++) {
         if (solution->error[i] < 0 || isinf(solution->error[i])) /* NaN: unknown */
             return broken(r, "an error estimate is negative or infinite");

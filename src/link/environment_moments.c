@@ -12,8 +12,8 @@ enum {
     MAX_DEPTH = 12,           /* quarterings of a cell */
     MAX_CELLS = 2000,         /* of a leaf */
     RAYS = 1 << 23,           /* about so many in all, but LEAST_SIDE^2 per lattice of each point at least */
-    LEAST_SIDE = 4,
-    MOST_SIDE = 32
+    LEAST_SIDE = 2,
+    MOST_SIDE = 16
 };
 
 typedef enum treatment { CLOSED_FORM, CLIPPED, SAMPLED, TREATMENTS } treatment;
@@ -300,6 +300,13 @@ static void by_clipping(leaf_integral *l)
     }
 }
 
+/* Along each axis of an element, for the coarser of two rules: more than V of the element's own degree needs,
+ * for V varies more than that. */
+static int ray_nodes(int degree)
+{
+    return degree + 3;
+}
+
 /* Rays from nodes x nodes points of a cell: adds to the moments, returns the square of the standard error of
  * the first. */
 static double sample_cell(leaf_integral *l, const hpr_cell *cell, int nodes, uint64_t seed, double *sum)
@@ -318,18 +325,19 @@ static double sample_cell(leaf_integral *l, const hpr_cell *cell, int nodes, uin
     return square;
 }
 
-/* The mean of two Gauss rules, each exact for a V of the leaf's own degree; what they differ by shows what
- * the points miss. */
+/* The mean of two Gauss rules; what they differ by shows what the points miss. */
 static void by_rays(leaf_integral *l)
 {
     hpr_cell cell[MAX_OPEN_CELLS];
-    int count = open_cells(l, cell, MAX_OPEN_CELLS), nodes = l->frame.degree + 1;
-    uint64_t seed = (uint64_t)l->leaf * MAX_OPEN_CELLS * 1000;
+    int count = open_cells(l, cell, MAX_OPEN_CELLS), nodes = ray_nodes(l->frame.degree);
+    uint64_t seed = (uint64_t)l->leaf << 20;
     double sum[2][l->count], square = 0;
     memset(sum, 0, sizeof sum);
     for (int i = 0; i < count; i++) {
-        for (int rule = 0; rule < 2; rule++, seed += 500)
+        for (int rule = 0; rule < 2; rule++) {
             square += sample_cell(l, &cell[i], nodes + rule, seed, sum[rule]) / 4;
+            seed += (uint64_t)((nodes + rule) * (nodes + rule));
+        }
     }
     for (size_t k = 0; k < l->count; k++)
         l->moment[k] += (sum[0][k] + sum[1][k]) / 2;
@@ -410,8 +418,10 @@ static void sum_up(const projection *p, hpr_environment_figures *figures)
 static int choose_side(const hpr_elements *elements)
 {
     double points = 0;
-    for (size_t leaf = 0; leaf < elements->leaf_count; leaf++)
-        points += pow(elements->degree[elements->leaf[leaf]] + 1, 2);
+    for (size_t leaf = 0; leaf < elements->leaf_count; leaf++) {
+        int nodes = ray_nodes(elements->degree[elements->leaf[leaf]]);
+        points += nodes * nodes + (nodes + 1) * (nodes + 1);
+    }
     int side = LEAST_SIDE;
     while (side < MOST_SIDE && points * 4 * (side + 1) * (side + 1) <= RAYS)
         side++;

@@ -38,9 +38,10 @@ static void add_environment(const hpr_reconstruction *reconstruction, size_t lea
     hpr_vec3 x =
         hpr_madd(hpr_madd(hpr_vec3_load(e->origin + 3 * node), *s, hpr_vec3_load(e->edge1 + 3 * node)), *t,
                  hpr_vec3_load(e->edge2 + 3 * node));
+    const double *surroundings = solution->surroundings + solution->channel_count * e->patch[node];
     double part = hpr_environment_opening(reconstruction->environment, e->patch[node], x).part;
     for (size_t c = 0; c < solution->channel_count; c++)
-        irradiance[c] += pi * solution->environment[c] * part;
+        irradiance[c] += (pi * solution->environment[c] - surroundings[c]) * part;
 }
 
 void hpr_reconstruct_point(const hpr_reconstruction *reconstruction, size_t patch, double s, double t,

@@ -1,10 +1,10 @@
 /* From a scene to a solution: patches, elements, links, the linear system, the energy balance. */
 #include "link/direct_moments.h"
-#include "link/environment_moments.h"
 #include "link/links.h"
 #include "patch/frame.h"
 #include "solver/energy.h"
 #include "solver/gauss_seidel.h"
+#include "solver/outside.h"
 #include "solver/solution.h"
 
 #include <math.h>
@@ -84,15 +84,6 @@ static hpr_status describe(hpr_solution *solution, const hpr_scene *scene)
     return status;
 }
 
-static bool has_environment(const hpr_solution *solution)
-{
-    for (size_t c = 0; c < solution->channel_count; c++) {
-        if (solution->environment[c] > 0)
-            return true;
-    }
-    return false;
-}
-
 /* Quarters the elements that the foot of an object cuts, `times` times: there H has a jump in its
  * derivatives, or in itself. */
 static hpr_status refine_feet(hpr_solution *solution, int times)
@@ -137,6 +128,10 @@ static hpr_status make_mesh(hpr_solution *solution, const hpr_scene *scene, cons
     status = hpr_allocate_into(ctx, &solution->irradiance, dofs * solution->channel_count, sizeof(double),
                                "the solution");
     if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &solution->surroundings,
+                                   solution->patches->count * solution->channel_count, sizeof(double),
+                                   "the solution");
+    if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &solution->error, e->leaf_count, sizeof(double), "the solution");
     for (size_t i = 0; status == HPR_OK && i < e->leaf_count; i++)
         solution->error[i] = NAN;
@@ -174,7 +169,7 @@ static bool has_light(const hpr_solution *solution)
         if (patches->exitance[i] > 0)
             return true;
     }
-    return has_environment(solution);
+    return hpr_outside_shines(solution);
 }
 
 /* The first to_channels of each row of a table [count][from_channels]. */
@@ -267,37 +262,6 @@ static hpr_status find_direct(hpr_solution *solution, const hpr_links *links, co
     return gather_direct(solution, links, direct);
 }
 
-/* Adds sign * pi L times the moments of V. */
-static void add_environment(const hpr_solution *solution, double sign, const double *outside, double *direct)
-{
-    static const double pi = 3.14159265358979323846;
-    size_t n = solution->channel_count, dofs = solution->summary.dof_count;
-    for (size_t i = 0; i < n * dofs; i++)
-        direct[i] += sign * pi * solution->environment[i / dofs] * outside[i % dofs];
-}
-
-/* The moments of V, outside [dofs], and how light from outside is treated. */
-static hpr_status find_environment(hpr_solution *solution, const hpr_coverage *coverage, double *outside)
-{
-    static const double tolerance = 1e-3;
-    hpr_solve_summary *summary = &solution->summary;
-    hpr_environment *environment = NULL;
-    hpr_environment_figures figures = {0};
-    hpr_status status = hpr_environment_create(solution->patches, solution->elements, &environment);
-    if (status == HPR_OK)
-        status =
-            hpr_environment_moments(environment, coverage, solution->elements, tolerance, outside, &figures);
-    bool exact = status == HPR_OK && summary->options.direct == HPR_DIRECT_EXACT &&
-                 hpr_environment_affordable(environment);
-    summary->environment = exact ? HPR_ENVIRONMENT_EXACT : HPR_ENVIRONMENT_GALERKIN;
-    summary->environment_closed = figures.closed_form;
-    summary->environment_clipped = figures.clipped;
-    summary->environment_sampled = figures.sampled;
-    summary->environment_error = figures.error;
-    hpr_environment_destroy(&environment);
-    return status;
-}
-
 static void summarise_links(hpr_solution *solution, const hpr_links *links)
 {
     hpr_solve_summary *summary = &solution->summary;
@@ -311,21 +275,13 @@ static void summarise_links(hpr_solution *solution, const hpr_links *links)
         hpr_warn(solution->context, "%zu kernel blocks stopped short of their tolerance", links->short_count);
 }
 
-/* H without what is evaluated where it is wanted: lamps, light from outside, both or neither. Destroys
- * `direct`. */
+/* H without what is evaluated where it is wanted. Destroys `direct`. */
 static void take_out(hpr_solution *solution, const hpr_coverage *coverage, const double *outside,
                      double *direct)
 {
     const hpr_elements *e = solution->elements;
     size_t n = solution->channel_count, dofs = solution->summary.dof_count;
-    bool lamps = solution->summary.direct == HPR_DIRECT_EXACT;
-    bool environment = solution->summary.environment == HPR_ENVIRONMENT_EXACT;
-    if (!lamps)
-        memset(direct, 0, n * dofs * sizeof *direct);
-    if (lamps && !environment)
-        add_environment(solution, -1, outside, direct);
-    if (!lamps && environment)
-        add_environment(solution, 1, outside, direct);
+    hpr_outside_split(solution, outside, direct);
     for (size_t leaf = 0; leaf < e->leaf_count; leaf++) {
         for (size_t c = 0; c < n; c++)
             hpr_coverage_project(coverage, leaf, direct + c * dofs + e->dof[leaf]);
@@ -359,11 +315,11 @@ static hpr_status transport(hpr_solution *solution, const hpr_solve_options *opt
         status = find_direct(solution, links, coverage, direct);
         hpr_stage_end(ctx);
     }
-    if (status == HPR_OK && has_environment(solution)) {
+    if (status == HPR_OK && hpr_outside_shines(solution)) {
         hpr_stage_begin(ctx, "environment");
-        status = find_environment(solution, coverage, outside);
+        status = hpr_outside_project(solution, coverage, outside);
         hpr_stage_end(ctx);
-        add_environment(solution, 1, outside, direct);
+        hpr_outside_add(solution, outside, direct);
     }
     if (status == HPR_OK) {
         hpr_stage_begin(ctx, "solver");

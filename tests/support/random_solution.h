@@ -116,6 +116,9 @@ static inline hpr_solution *random_solution(hpr_context *ctx, uint64_t seed, siz
     s->irradiance = array_of(ctx, dofs * channels, sizeof(double));
     for (size_t i = 0; i < dofs * channels; i++)
         s->irradiance[i] = 20 * random_unit(&seed) - 2;
+    s->surroundings = array_of(ctx, s->patches->count * channels, sizeof(double));
+    for (size_t i = 0; i < s->patches->count * channels; i++)
+        s->surroundings[i] = random_unit(&seed) / 7;
     s->error = array_of(ctx, e->leaf_count, sizeof(double));
     for (size_t i = 0; i < e->leaf_count; i++) {
         uint64_t payload = 0x7ff8000000001234u + i; /* the payload of a NaN, too */

@@ -243,3 +243,29 @@ hpr_verdict hpr_visibility_classify(const hpr_visibility *visibility, const hpr_
         *blocker_count = found;
     return found ? HPR_SEES_PARTLY : HPR_SEES_WHOLLY;
 }
+
+static void patch_facet(const hpr_patches *patches, size_t patch, double sign, hpr_facet *facet)
+{
+    facet->corner_count = hpr_patch_corners(patches, patch, facet->corner);
+    for (int k = 0; k < 3; k++)
+        facet->normal[k] = sign * patches->normal[3 * patch + k];
+}
+
+bool hpr_visibility_unobstructed(const hpr_visibility *visibility, size_t patch)
+{
+    const hpr_patches *patches = visibility->patches;
+    const uint32_t nobody = 0;
+    hpr_facet own, other;
+    patch_facet(patches, patch, 1, &own);
+    for (size_t j = 0; j < patches->count; j++) {
+        for (int sign = -1; sign <= 1 && j != patch && j != patches->twin[patch]; sign += 2) {
+            patch_facet(patches, j, sign, &other);
+            /* Without candidates: whether they face each other. What is hidden wholly is obstructed too. */
+            if (hpr_visibility_classify(visibility, &own, &other, &nobody, 0, NULL, NULL) !=
+                    HPR_SEES_NOTHING &&
+                hpr_visibility_classify(visibility, &own, &other, NULL, 0, NULL, NULL) != HPR_SEES_WHOLLY)
+                return false;
+        }
+    }
+    return true;
+}

@@ -220,7 +220,7 @@ hpr_block_result hpr_block_ref(const hpr_quadrature *quadrature, const hpr_block
     }
     if (result.sampled) {
         demand.tolerance = fmax(task->tolerance, sampled_tolerance);
-        demand.least_nodes = degree + 2;
+        demand.least_nodes = degree > 1 ? degree + 2 : 3;
     }
     hpr_rule_outcome outcome =
         hpr_rules_choose(&quadrature->gauss, &pair, &demand, &scratch->trial, add_rule, &e);

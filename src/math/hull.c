@@ -2,7 +2,8 @@
 
 #include "math/vec3.h"
 
-#include <stdbool.h>
+#include <stdint.h>
+#include <string.h>
 
 /* The plane through edge `i`. (a, h): the way of a corner of the other polygon inward from the edge, and its
  * height. */
@@ -10,14 +11,19 @@ static bool edge_plane(const hpr_hull_end *own, const hpr_hull_end *other, size_
                        double plane[4])
 {
     const double *p = own->corner[i], *q = own->corner[(i + 1) % own->count];
-    double edge[3], inward[3], third[3], best_a = 1, best_h = 0;
+    double edge[3], inward[3], depth = 0, best_a = 1, best_h = 0;
     hpr_subtract3(q, p, edge);
     hpr_cross3(own->normal, edge, inward);
     double length = hpr_length3(inward);
     if (!(length > slack))
         return false;
-    hpr_subtract3(own->corner[(i + 2) % own->count], p, third);
-    if (hpr_dot3(inward, third) < 0) /* the corners go round the other way */
+    for (size_t k = 0; k < own->count; k++) {
+        double offset[3];
+        hpr_subtract3(own->corner[k], p, offset);
+        double a = hpr_dot3(inward, offset);
+        depth = fabs(a) > fabs(depth) ? a : depth;
+    }
+    if (depth < 0) /* the corners go round the other way */
         length = -length;
     bool found = false;
     for (size_t j = 0; j < other->count; j++) {
@@ -55,4 +61,53 @@ size_t hpr_hull_planes(const hpr_hull_end end[2], double slack, double (*plane)[
             count += edge_plane(&end[e], &end[1 - e], i, slack, plane[count]);
     }
     return count;
+}
+
+/* The part of a polygon where plane . x < limit (Sutherland & Hodgman 1974); returns its corners. */
+static size_t cut(const double (*in)[3], size_t count, const double plane[4], double limit, double (*out)[3])
+{
+    size_t kept = 0;
+    double first = limit - hpr_dot3(plane, in[0]), here = first;
+    for (size_t i = 0; i < count; i++) {
+        const double *q = in[i + 1 < count ? i + 1 : 0];
+        double next = i + 1 < count ? limit - hpr_dot3(plane, q) : first, step[3];
+        if (here > 0)
+            memcpy(out[kept++], in[i], sizeof *out);
+        if ((here > 0) != (next > 0)) {
+            hpr_subtract3(q, in[i], step);
+            hpr_add_scaled3(in[i], here / (here - next), step, out[kept++]);
+        }
+        here = next;
+    }
+    return kept;
+}
+
+bool hpr_hull_meets(const double (*plane)[4], size_t plane_count, const double (*corner)[3], size_t count,
+                    double slack)
+{
+    double part[2][HPR_HULL_POLYGON + HPR_HULL_PLANES][3];
+    uint32_t all = ((uint32_t)1 << count) - 1, inside = all; /* corners inside all planes so far */
+    bool cuts[HPR_HULL_PLANES];
+    for (size_t k = 0; k < plane_count; k++) {
+        uint32_t here = 0;
+        for (size_t c = 0; c < count; c++)
+            here |= (uint32_t)(hpr_dot3(plane[k], corner[c]) < plane[k][3] - slack) << c;
+        if (!here)
+            return false;
+        cuts[k] = here != all;
+        inside &= here;
+    }
+    if (inside)
+        return true;
+    int turn = 0;
+    for (size_t k = 0; k < plane_count; k++) {
+        if (!cuts[k])
+            continue;
+        count = cut(corner, count, plane[k], plane[k][3] - slack, part[turn]);
+        if (!count)
+            return false;
+        corner = (const double(*)[3])part[turn];
+        turn = 1 - turn;
+    }
+    return true;
 }

@@ -2,6 +2,7 @@
 #ifndef HPR_MATH_HULL_H
 #define HPR_MATH_HULL_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 enum { HPR_HULL_CORNERS = 24, HPR_HULL_PLANES = 2 + 2 * HPR_HULL_CORNERS };
@@ -21,5 +22,12 @@ typedef struct hpr_hull_end {
  * there are. Thread-safe.
  */
 size_t hpr_hull_planes(const hpr_hull_end end[2], double slack, double (*plane)[4]);
+
+enum { HPR_HULL_POLYGON = 24 };
+
+/* Has the convex polygon (corner [count][3], count <= HPR_HULL_POLYGON) anything inside all the planes, at
+ * most HPR_HULL_PLANES, by more than the slack? Thread-safe. */
+bool hpr_hull_meets(const double (*plane)[4], size_t plane_count, const double (*corner)[3], size_t count,
+                    double slack);
 
 #endif

@@ -12,7 +12,8 @@ struct hpr_quadrature {
 
 struct hpr_block_scratch {
     hpr_context *context;
-    hpr_group points, trial; /* the choice of rules works in `trial` while `points` is being evaluated */
+    hpr_group points;
+    hpr_rule_scratch choice;
     double inner_basis[(size_t)HPR_POINTS_MAX * HPR_MAX_BASIS]; /* [points][functions] */
     double outer_basis[HPR_MAX_BASIS];
     double transported[HPR_MAX_BASIS]; /* sum over inner points of G phi_l */
@@ -223,7 +224,7 @@ hpr_block_result hpr_block_ref(const hpr_quadrature *quadrature, const hpr_block
         demand.least_nodes = degree > 1 ? degree + 2 : 3;
     }
     hpr_rule_outcome outcome =
-        hpr_rules_choose(&quadrature->gauss, &pair, &demand, &scratch->trial, add_rule, &e);
+        hpr_rules_choose(&quadrature->gauss, &pair, &demand, &scratch->choice, add_rule, &e);
     double factor = area_factor(&task->recv) * area_factor(&task->send);
     for (size_t i = 0; i < e.n_recv * e.n_send; i++)
         block[i] *= factor;

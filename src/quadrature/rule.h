@@ -8,6 +8,7 @@
 
 #include "math/gauss.h"
 #include "quadrature/pair.h"
+#include "quadrature/partial.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -180,10 +181,15 @@ int hpr_polynomial_nodes(int degree, double tolerance);
 /* Total degree of an element's polynomials in its parameters. */
 int hpr_total_degree(const hpr_element_frame *frame);
 
-/* Chooses the rules of a pair and hands each to `sink`. `group` is scratch, not in use by `sink`. Thread-safe
- * with distinct scratch. */
+/* Working memory of a choice, not in use by its sink. */
+typedef struct hpr_rule_scratch {
+    hpr_group group;
+    hpr_partial_cell cell[HPR_PARTIAL_CELLS];
+} hpr_rule_scratch;
+
+/* Chooses the rules of a pair and hands each to `sink`. Thread-safe with distinct scratch. */
 hpr_rule_outcome hpr_rules_choose(const hpr_gauss_table *gauss, const hpr_pair *pair,
-                                  const hpr_rule_demand *demand, hpr_group *group, hpr_rule_sink sink,
-                                  void *user);
+                                  const hpr_rule_demand *demand, hpr_rule_scratch *scratch,
+                                  hpr_rule_sink sink, void *user);
 
 #endif

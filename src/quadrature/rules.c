@@ -1,7 +1,7 @@
 /* Which rule for which pair of pieces: product Gauss by an error bound, vertex and edge rules by trial. */
 #include "quadrature/contact.h"
 #include "quadrature/cuts.h"
-#include "quadrature/partial.h"
+#include "quadrature/rule.h"
 
 enum { MAX_DEPTH = 60, MAX_TOUCHING_DEPTH = 40, MAX_RULES = 20000 };
 
@@ -10,7 +10,7 @@ typedef struct chooser {
     const hpr_pair *pair;
     const hpr_rule_demand *demand;
     double tolerance; /* relative, with what is negligible taken into account */
-    hpr_group *group;
+    hpr_rule_scratch *scratch;
     hpr_rule_sink sink;
     void *user;
     int kernel_cap; /* product: more nodes than this for the kernel, and the larger cell is halved */
@@ -148,7 +148,7 @@ static int term_count(const hpr_rule *rule)
 static double kernel_integral(chooser *c, const hpr_rule *rule)
 {
     kernel_sum total = {0};
-    hpr_rule_points(c->gauss, c->pair, rule, c->group, add_kernel_sum, &total);
+    hpr_rule_points(c->gauss, c->pair, rule, &c->scratch->group, add_kernel_sum, &total);
     c->outcome.kernel_count += total.count;
     return total.sum;
 }
@@ -318,7 +318,7 @@ static void clip_parts(chooser *c, const hpr_polygon *recv, const hpr_polygon *s
     if (constants(c)) {
         double scale_m2 = sqrt(c->pair->recv.area_m2 * c->pair->send.area_m2);
         hpr_partial part = hpr_partial_integrate(c->gauss, c->pair, recv, send, c->demand->tolerance,
-                                                 c->demand->negligible * scale_m2);
+                                                 c->demand->negligible * scale_m2, c->scratch->cell);
         c->outcome.exchange_m2 += part.exchange_m2;
         c->outcome.stopped_short |= !part.complete;
         c->outcome.clip_count += part.clip_count;
@@ -400,10 +400,11 @@ static double tolerance_of(const hpr_pair *pair, const hpr_cell *recv, const hpr
 }
 
 hpr_rule_outcome hpr_rules_choose(const hpr_gauss_table *gauss, const hpr_pair *pair,
-                                  const hpr_rule_demand *demand, hpr_group *group, hpr_rule_sink sink,
-                                  void *user)
+                                  const hpr_rule_demand *demand, hpr_rule_scratch *scratch,
+                                  hpr_rule_sink sink, void *user)
 {
-    chooser c = {.gauss = gauss, .pair = pair, .demand = demand, .group = group, .sink = sink, .user = user};
+    chooser c = {
+        .gauss = gauss, .pair = pair, .demand = demand, .scratch = scratch, .sink = sink, .user = user};
     hpr_cell recv = hpr_cell_whole(pair->recv.shape), send = hpr_cell_whole(pair->send.shape);
     c.tolerance = tolerance_of(pair, &recv, &send, demand);
     /* Cells about as large as their distance cost least at low degree; at high degree the polynomials' own

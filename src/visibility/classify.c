@@ -124,67 +124,27 @@ static void make_planes(shaft *sh)
     sh->last = 0;
 }
 
-/* The part of a polygon where plane . x < limit (Sutherland & Hodgman 1974); returns its corners. */
-static size_t cut(const double (*in)[3], size_t count, const double plane[4], double limit, double (*out)[3])
-{
-    size_t kept = 0;
-    double first = limit - hpr_dot3(plane, in[0]), here = first;
-    for (size_t i = 0; i < count; i++) {
-        const double *q = in[i + 1 < count ? i + 1 : 0];
-        double next = i + 1 < count ? limit - hpr_dot3(plane, q) : first, step[3];
-        if (here > 0)
-            memcpy(out[kept++], in[i], sizeof *out);
-        if ((here > 0) != (next > 0)) {
-            hpr_subtract3(q, in[i], step);
-            hpr_add_scaled3(in[i], here / (here - next), step, out[kept++]);
-        }
-        here = next;
-    }
-    return kept;
-}
-
 /* Something of the occluder is inside all planes of the hull by more than the slack. */
 static bool meets_hull(shaft *sh, const hpr_occluder *occluder, const hpr_bounds *bounds)
 {
-    double part[2][HPR_OCCLUDER_CORNERS + MAX_PLANES][3], limit[MAX_PLANES];
-    size_t cutting[MAX_PLANES], cutting_count = 0, count = (size_t)occluder->edge_count;
-    const double(*corner)[3] = occluder->corner;
+    double cutting[MAX_PLANES][4], slack = sh->visibility->slack;
+    size_t cutting_count = 0;
     if (!sh->has_planes)
         make_planes(sh);
     const double *last = sh->plane[sh->last];
-    if (hpr_dot3(last, bounds->middle) - bounds->radius >= last[3] - sh->visibility->slack)
+    if (hpr_dot3(last, bounds->middle) - bounds->radius >= last[3] - slack)
         return false;
     for (size_t i = 0; i < sh->plane_count; i++) {
-        limit[i] = sh->plane[i][3] - sh->visibility->slack;
-        double depth = limit[i] - hpr_dot3(sh->plane[i], bounds->middle);
+        double depth = sh->plane[i][3] - slack - hpr_dot3(sh->plane[i], bounds->middle);
         if (depth <= -bounds->radius) {
             sh->last = i;
             return false;
         }
         if (depth < bounds->radius)
-            cutting[cutting_count++] = i;
+            memcpy(cutting[cutting_count++], sh->plane[i], sizeof *cutting);
     }
-    uint32_t inside = ((uint32_t)1 << count) - 1; /* corners inside all planes so far */
-    for (size_t k = 0; k < cutting_count; k++) {
-        uint32_t here = 0;
-        for (size_t c = 0; c < count; c++)
-            here |= (uint32_t)(hpr_dot3(sh->plane[cutting[k]], corner[c]) < limit[cutting[k]]) << c;
-        if (!here) {
-            sh->last = cutting[k];
-            return false;
-        }
-        inside &= here;
-    }
-    if (inside)
-        return true;
-    for (size_t k = 0, turn = 0; k < cutting_count; k++, turn = 1 - turn) {
-        const double *plane = sh->plane[cutting[k]];
-        count = cut(corner, count, plane, limit[cutting[k]], part[turn]);
-        if (!count)
-            return false;
-        corner = (const double(*)[3])part[turn];
-    }
-    return true;
+    return hpr_hull_meets((const double(*)[4])cutting, cutting_count, occluder->corner,
+                          (size_t)occluder->edge_count, slack);
 }
 
 /* Every segment from corner to corner is blocked. */

@@ -130,9 +130,9 @@ const hpr_convex *hpr_environment_outlines(const hpr_environment *environment, s
     return environment->outline;
 }
 
-/* An occluder as the point sees it: corners and inward planes in the view's arrays. */
+/* An occluder as the point sees it: corners and sides in the view's arrays. */
 typedef struct shape {
-    uint16_t first, corner_count, plane_count;
+    uint16_t first, corner_count, side_count;
 } shape;
 
 /* What a point sees before the environment; vectors are relative to the point. */
@@ -140,7 +140,8 @@ typedef struct view {
     hpr_vec3 normal; /* of the receiver */
     int count;
     shape shape[MAX_OCCLUDERS];
-    hpr_vec3 corner[MAX_CORNERS], plane[MAX_CORNERS]; /* planes: length 1 */
+    hpr_vec3 corner[MAX_CORNERS];
+    hpr_side side[MAX_CORNERS]; /* with normals of length 1 */
     int cones;
     double unresolved;
     hpr_visible visible; /* scratch */
@@ -171,12 +172,13 @@ typedef enum relation { APART, COVERS, CROSSES } relation;
 static relation relate(const view *v, const cone *it, const shape *s)
 {
     static const double rounding = 1e-14;
-    const hpr_vec3 *plane = v->plane + s->first, *corner = v->corner + s->first;
+    const hpr_side *side = v->side + s->first;
+    const hpr_vec3 *corner = v->corner + s->first;
     bool covers = true;
-    for (int k = 0; k < s->plane_count; k++) {
+    for (int k = 0; k < s->side_count; k++) {
         int outside = 0;
         for (int i = 0; i < 3; i++) {
-            double height = hpr_dot(plane[k], it->corner[i]);
+            double height = hpr_dot(side[k].normal, it->corner[i]);
             outside += height <= 0;
             covers &= height >= -rounding;
         }
@@ -204,7 +206,7 @@ static bool clip_cone(view *v, const cone *it, const uint16_t *listed, int count
     memcpy(v->visible.piece[0].corner, it->corner, sizeof it->corner);
     for (int i = 0; i < count && v->visible.count > 0; i++) {
         const shape *s = &v->shape[listed[i]];
-        if (!hpr_visible_subtract(&v->visible, v->plane + s->first, s->plane_count))
+        if (!hpr_visible_subtract(&v->visible, v->side + s->first, s->side_count))
             return false;
     }
     *part = hpr_visible_fraction(v->normal, &v->visible);
@@ -214,9 +216,9 @@ static bool clip_cone(view *v, const cone *it, const uint16_t *listed, int count
 static bool holds(const view *v, const shape *s, hpr_vec3 direction)
 {
     int k = 0;
-    while (k < s->plane_count && hpr_dot(v->plane[s->first + k], direction) >= 0)
+    while (k < s->side_count && hpr_dot(v->side[s->first + k].normal, direction) >= 0)
         k++;
-    return k == s->plane_count;
+    return k == s->side_count;
 }
 
 /* Decides the cone by its middle. */
@@ -271,7 +273,7 @@ static double open_part(view *v, const cone *it, const uint16_t *listed, int cou
 static int add_occluder(view *v, const hpr_convex *outline, hpr_vec3 point, double slack, int first)
 {
     hpr_convex relative = {.count = outline->count};
-    hpr_vec3 plane[HPR_VISIBLE_CORNERS];
+    hpr_side side[HPR_VISIBLE_CORNERS];
     double height = 0;
     for (int i = 0; i < outline->count; i++) {
         relative.corner[i] = hpr_sub(outline->corner[i], point);
@@ -279,13 +281,15 @@ static int add_occluder(view *v, const hpr_convex *outline, hpr_vec3 point, doub
     }
     if (!(height > slack))
         return first;
-    int planes = hpr_visible_pyramid(&relative, plane);
-    if (planes == 0)
+    int sides = hpr_visible_pyramid(&relative, side);
+    if (sides == 0)
         return first;
     memcpy(v->corner + first, relative.corner, (size_t)relative.count * sizeof *relative.corner);
-    for (int k = 0; k < planes; k++)
-        v->plane[first + k] = unit(plane[k]);
-    v->shape[v->count++] = (shape){(uint16_t)first, (uint16_t)relative.count, (uint16_t)planes};
+    for (int k = 0; k < sides; k++) {
+        double scale = 1 / hpr_length(side[k].normal);
+        v->side[first + k] = (hpr_side){hpr_scale(side[k].normal, scale), scale * side[k].rounding};
+    }
+    v->shape[v->count++] = (shape){(uint16_t)first, (uint16_t)relative.count, (uint16_t)sides};
     return first + relative.count;
 }
 

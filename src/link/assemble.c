@@ -175,7 +175,7 @@ static void choose_tolerances(assembly *a, double tolerance)
     static const struct {
         size_t pairs;
         double tolerance;
-    } level[] = {{1000, 1e-6}, {8000, 1e-3}, {200000, 3e-2}, {SIZE_MAX, 0}};
+    } level[] = {{1000, 1e-6}, {8000, 1e-3}, {60000, 3e-2}, {SIZE_MAX, 0}};
     hpr_links *links = a->links;
     size_t pairs = 0, n = a->patches->count, k = 0;
     for (size_t l = 0; l < links->count; l++) {
@@ -189,6 +189,24 @@ static void choose_tolerances(assembly *a, double tolerance)
     links->blocked_tolerance = !links->occluded ? 0 : tolerance > 0 ? tolerance : level[k].tolerance;
     for (size_t i = 0; i < n; i++)
         a->area_m2 += a->patches->area_m2[i];
+}
+
+/* Pairs with covered parts are clipped even where the others are sampled: what a small open part receives is
+ * divided by its area. */
+static void clip_if_due(const assembly *a, size_t leaf_i, size_t leaf_j, hpr_block_task *task)
+{
+    static const double with_parts = 0.03;
+    double tolerance = a->links->blocked_tolerance;
+    bool parts = task->recv_part_count || task->send_part_count;
+    if (tolerance == 0 && parts)
+        tolerance = with_parts;
+    if ((!task->blocker_count && !parts) || tolerance == 0)
+        return;
+    double recv_m2 = task->recv.area_m2 * hpr_coverage_open_share(a->coverage, leaf_i);
+    double send_m2 = task->send.area_m2 * hpr_coverage_open_share(a->coverage, leaf_j);
+    task->clip = true;
+    task->tolerance = tolerance;
+    task->negligible = tolerance * sqrt(recv_m2 * send_m2) / a->area_m2;
 }
 
 static void integrate_pair(const assembly *a, worker *w, size_t l, size_t leaf_i, size_t leaf_j)
@@ -217,12 +235,7 @@ static void integrate_pair(const assembly *a, worker *w, size_t l, size_t leaf_i
         }
         task.blockers = w->blocker;
     }
-    bool parts = task.recv_part_count || task.send_part_count;
-    if ((task.blocker_count || parts) && a->links->blocked_tolerance > 0) {
-        task.clip = true;
-        task.tolerance = a->links->blocked_tolerance;
-        task.negligible = task.tolerance * sqrt(task.recv.area_m2 * task.send.area_m2) / a->area_m2;
-    }
+    clip_if_due(a, leaf_i, leaf_j, &task);
     hpr_block_result result = hpr_block_ref(a->quadrature, &task, w->block, w->scratch);
     size_t stride, rows = leaf_dofs(a, leaf_i), columns = leaf_dofs(a, leaf_j);
     double *block = a->links->block + hpr_link_block(a->links, link, leaf_i, leaf_j, &stride);

@@ -36,6 +36,9 @@ void hpr_coverage_count(const hpr_coverage *coverage, size_t *partly, size_t *wh
  */
 const hpr_polygon *hpr_coverage_parts(const hpr_coverage *coverage, size_t leaf, int *count);
 
+/* The open part of a leaf's area, 0 .. 1. */
+double hpr_coverage_open_share(const hpr_coverage *coverage, size_t leaf);
+
 /* False if the point (s,t) of a leaf is covered. Thread-safe. */
 bool hpr_coverage_open(const hpr_coverage *coverage, size_t leaf, double s, double t);
 

@@ -25,7 +25,8 @@ typedef struct hpr_block_task {
     hpr_element_frame recv, send;
     double tolerance;  /* relative to the block's largest entry, > 0 */
     double negligible; /* an absolute error that does not matter either, >= 0: far pairs get fewer nodes */
-    double contact_m;  /* points nearer than this count as touching, >= 0 */
+    double contact_m;  /* points nearer than this count as touching, >= 0; a view through a slit as narrow is
+                          none */
     /* Occluders that may come between; count 0: wholly visible, V = 1. Else V is sampled by a ray per pair of
      * quadrature points, and the tolerance does not cover the error of that; or, with `clip` and for at most
      * HPR_CLIP_BLOCKERS of them, the visible part is clipped exactly and the tolerance holds. */
@@ -40,7 +41,7 @@ typedef struct hpr_block_task {
 } hpr_block_task;
 
 typedef struct hpr_block_result {
-    bool seen;          /* false: the block is zero because neither faces the other */
+    bool seen;          /* false: the block is zero because neither sees the other */
     bool stopped_short; /* the tolerance was not reached */
     bool sampled;       /* visibility was sampled */
     uint64_t kernel_count, ray_count, clip_count;

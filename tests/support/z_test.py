@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Does a picture agree with one by path tracing? z_test.py REFERENCE.exr PICTURE.exr --error E [--alpha A]
+"""Does a picture agree with one by path tracing? z_test.py REFERENCE.exr PICTURE.exr --error E
+[--alpha A] [--table BLOCKS.csv]
 
 REFERENCE is from `hprad reference` and has the layer `variance`; PICTURE is without noise. The pictures are compared
 in blocks of 16 x 16 pixels, channel by channel: the difference of the block's means over the standard error of the
@@ -7,7 +8,7 @@ reference's must be within what chance explains with probability 1 - A for all b
 (Bonferroni). So that a noisy reference does not agree with everything, E is fixed beforehand: the standard error of a
 block, relative to the channel's mean over the picture, must be at most that (in the RMS over blocks). Pixels that no
 path covers wholly and blocks where nothing shines are compared as they are: with a standard error of zero, equal or
-not. Exits 1 if they differ.
+not. Exits 1 if they differ. --table writes the means and standard errors of all blocks.
 """
 import argparse
 import math
@@ -22,7 +23,7 @@ BLOCK = 16
 ROUNDING = 2.0 ** -23
 
 Block = namedtuple("Block", "channel column row mean other error z")
-Verdict = namedtuple("Verdict", "blocks limit mean_ratio error worst problems")
+Verdict = namedtuple("Verdict", "table blocks limit mean_ratio error worst problems")
 
 
 def _means(picture, name, columns, rows):
@@ -68,7 +69,7 @@ def compare(reference, other, error, alpha=1e-3, channels=("R", "G", "B")):
         if not abs(block.z) <= limit:
             problems.append(f"{block.channel} in block ({block.column}, {block.row}): {block.other:.6g}, reference "
                             f"{block.mean:.6g} +- {block.error:.2g}: z = {block.z:.2f}, limit {limit:.2f}")
-    return Verdict(len(blocks), limit, ratios, errors, worst, problems)
+    return Verdict(blocks, len(blocks), limit, ratios, errors, worst, problems)
 
 
 def main():
@@ -77,8 +78,15 @@ def main():
     parser.add_argument("picture")
     parser.add_argument("--error", type=float, required=True)
     parser.add_argument("--alpha", type=float, default=1e-3)
+    parser.add_argument("--table")
     arguments = parser.parse_args()
     verdict = compare(arguments.reference, arguments.picture, arguments.error, arguments.alpha)
+    if arguments.table:
+        with open(arguments.table, "w", encoding="utf-8") as file:
+            file.write("channel,column,row,reference_w_m2_sr,standard_error_w_m2_sr,picture_w_m2_sr,z\n")
+            for block in verdict.table:
+                numbers = (block.mean, block.error, block.other, block.z)
+                file.write(f"{block.channel},{block.column},{block.row},{','.join(f'{x:.9g}' for x in numbers)}\n")
     print(f"{verdict.blocks} blocks, |z| <= {abs(verdict.worst.z):.2f} (limit {verdict.limit:.2f}), standard error of a "
           f"block {', '.join(f'{e:.3%}' for e in verdict.error)}, picture / reference "
           f"{', '.join(f'{r:.5f}' for r in verdict.mean_ratio)}")

@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
 """hprad reference from outside: test_reference_cli.py HPRAD SCENES. Options, files, report, exit codes, and the z-test
 of what `hprad render` shows (tests/support/z_test.py), itself tested first."""
+import csv
 import json
 import math
 import os
 import random
+import subprocess
 import sys
 import tempfile
 from array import array
@@ -84,23 +86,42 @@ def check_z_test():
     check("z-test: false alarms are as rare as asked", 2 <= alarms <= 20)  # 10 +- 3 of 100
 
 
+def check_z_test_command(command):
+    """As a user runs it, on what check_agreement left: the plates agree with themselves and not with another scene."""
+    def run(reference, picture, *options):
+        line = [sys.executable, z_test.__file__, reference, picture, "--error", "0.01", *options]
+        return subprocess.run(line, cwd=command.folder, check=False, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                              universal_newlines=True)
+
+    agrees = run("parallel_plates_r.exr", "parallel_plates_g.exr", "--table", "blocks.csv")
+    check("z_test.py exits 0 where pictures agree", agrees.returncode == 0 and "27 blocks" in agrees.stdout)
+    with open(path_of(command, "blocks.csv"), encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    mean = sum(float(row["reference_w_m2_sr"]) for row in rows if row["channel"] == "R") / 9
+    picture = exr.read(path_of(command, "parallel_plates_r.exr"))
+    check("its table has every block", len(rows) == 27 and abs(mean * 48 * 48 / sum(picture.channels["R"]) - 1) < 1e-6)
+    differs = run("parallel_plates_r.exr", "cube_mixed_g.exr")
+    check("z_test.py exits 1 where they do not", differs.returncode == 1 and "limit" in differs.stderr)
+
+
 def check_agreement(command, scenes):
     """Galerkin solutions whose own error is below 1e-4, rendered with 1024 rays per pixel (their fixed places err by
     1/1024 of a pixel along straight edges), against paths enough for a block's standard error of half a percent."""
     for scene, paths in (("cube_mixed", "64"), ("parallel_plates", "256")):
         scene = os.path.join(scenes, scene + ".gltf")
-        command(scene, "--order", "3", "--subdivide", "2", "--size", "48x48", "--samples", "1024", "--quiet", "-o", "g.exr")
-        command("reference", scene, "--size", "48x48", "--samples", paths, "--quiet", "-o", "r.exr")
-        picture = exr.read(path_of(command, "g.exr"))
-        verdict = z_test.compare(path_of(command, "r.exr"), picture, .005)
-        name = os.path.basename(scene)
+        name = os.path.basename(scene)[:-len(".gltf")]
+        solved, traced = f"{name}_g.exr", path_of(command, f"{name}_r.exr")
+        command(scene, "--order", "3", "--subdivide", "2", "--size", "48x48", "--samples", "1024", "--quiet", "-o", solved)
+        command("reference", scene, "--size", "48x48", "--samples", paths, "--quiet", "-o", traced)
+        picture = exr.read(path_of(command, solved))
+        verdict = z_test.compare(traced, picture, .005)
         print(f"# {name}: |z| <= {abs(verdict.worst.z):.2f} of {verdict.blocks} blocks, limit {verdict.limit:.2f}; "
               f"standard error of a block {max(verdict.error):.3%}, bound 0.5%; picture / reference "
               f"{verdict.mean_ratio[0]:.5f}")
         check(f"{name}: the Galerkin solution agrees", verdict.problems)
         for channel in "RGB":
             picture.channels[channel][:] = array("f", (1.03 * x for x in picture.channels[channel]))
-        check(f"{name}: 3% off would be seen", bool(z_test.compare(path_of(command, "r.exr"), picture, .005).problems))
+        check(f"{name}: 3% off would be seen", bool(z_test.compare(traced, picture, .005).problems))
 
 
 def check_usage(command):
@@ -222,6 +243,7 @@ def main():
         command("solve", "one.gltf", "--order", "0", "--subdivide", "0", "-o", "one.glb", "--quiet")
         check_z_test()
         check_agreement(command, os.path.abspath(sys.argv[2]))
+        check_z_test_command(command)
         check_usage(command)
         check_pictures(command)
         check_options(command)

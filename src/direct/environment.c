@@ -22,7 +22,8 @@ struct hpr_environment {
     size_t occluder_count;
     hpr_convex *outline; /* [occluder_count] */
     hpr_vec3 *normal;    /* [occluder_count] length 1 */
-    double size, slack;  /* of the scene; distance below which points are the same, metres */
+    double size;         /* of the scene, metres */
+    double reach;        /* metres within which surfaces touch: welding moves corners by as much */
 };
 
 bool hpr_environment_affordable(const hpr_environment *environment)
@@ -81,7 +82,7 @@ static void set_occluders(hpr_environment *environment)
     for (int k = 0; k < 3; k++)
         largest = fmax(largest, fabs(centre[k]) + radius);
     environment->size = 2 * radius;
-    environment->slack = 1e-12 * radius + 8 * DBL_EPSILON * largest;
+    environment->reach = fmax(2e-9 * radius + 8 * DBL_EPSILON * largest, 2 * patches->weld_m);
     memcpy(environment->outline, hpr_visibility_outlines(environment->visibility),
            environment->occluder_count * sizeof *environment->outline);
     qsort(environment->outline, environment->occluder_count, sizeof *environment->outline, compare_outlines);
@@ -130,9 +131,9 @@ const hpr_convex *hpr_environment_outlines(const hpr_environment *environment, s
     return environment->outline;
 }
 
-/* An occluder as the point sees it: corners and inward planes in the view's arrays. */
+/* An occluder as the point sees it: corners and sides in the view's arrays. */
 typedef struct shape {
-    uint16_t first, corner_count, plane_count;
+    uint16_t first, corner_count, side_count;
 } shape;
 
 /* What a point sees before the environment; vectors are relative to the point. */
@@ -141,7 +142,7 @@ typedef struct view {
     int count;
     shape shape[MAX_OCCLUDERS];
     hpr_vec3 corner[MAX_CORNERS];
-    hpr_side side[MAX_CORNERS]; /* normals of length 1 */
+    hpr_side side[MAX_CORNERS]; /* with normals of length 1 */
     int cones;
     double unresolved;
     hpr_visible visible; /* scratch */
@@ -175,7 +176,7 @@ static relation relate(const view *v, const cone *it, const shape *s)
     const hpr_side *side = v->side + s->first;
     const hpr_vec3 *corner = v->corner + s->first;
     bool covers = true;
-    for (int k = 0; k < s->plane_count; k++) {
+    for (int k = 0; k < s->side_count; k++) {
         int outside = 0;
         for (int i = 0; i < 3; i++) {
             double height = hpr_dot(side[k].normal, it->corner[i]);
@@ -206,7 +207,7 @@ static bool clip_cone(view *v, const cone *it, const uint16_t *listed, int count
     memcpy(v->visible.piece[0].corner, it->corner, sizeof it->corner);
     for (int i = 0; i < count && v->visible.count > 0; i++) {
         const shape *s = &v->shape[listed[i]];
-        if (!hpr_visible_subtract(&v->visible, v->side + s->first, s->plane_count))
+        if (!hpr_visible_subtract(&v->visible, v->side + s->first, s->side_count))
             return false;
     }
     *part = hpr_visible_fraction(v->normal, &v->visible);
@@ -216,9 +217,9 @@ static bool clip_cone(view *v, const cone *it, const uint16_t *listed, int count
 static bool holds(const view *v, const shape *s, hpr_vec3 direction)
 {
     int k = 0;
-    while (k < s->plane_count && hpr_dot(v->side[s->first + k].normal, direction) >= 0)
+    while (k < s->side_count && hpr_dot(v->side[s->first + k].normal, direction) >= 0)
         k++;
-    return k == s->plane_count;
+    return k == s->side_count;
 }
 
 /* Decides the cone by its middle. */
@@ -269,9 +270,34 @@ static double open_part(view *v, const cone *it, const uint16_t *listed, int cou
            open_part(v, &half[1], left, left_count, depth + 1);
 }
 
-/* Adds an occluder that rises over the horizon; returns where the next one's corners begin. */
-static int add_occluder(view *v, const hpr_convex *outline, hpr_vec3 point, double slack, int first)
+/* In the closed polygon, to within `reach`. */
+static bool touches(const hpr_convex *outline, hpr_vec3 normal, hpr_vec3 point, double reach)
 {
+    if (!(fabs(hpr_dot(normal, hpr_sub(point, outline->corner[0]))) <= reach))
+        return false;
+    for (int i = 0; i < outline->count; i++) {
+        hpr_vec3 from = outline->corner[i], along = hpr_sub(outline->corner[(i + 1) % outline->count], from);
+        hpr_vec3 inward = hpr_cross(normal, along);
+        if (hpr_dot(inward, hpr_sub(point, from)) < -reach * hpr_length(along))
+            return false;
+    }
+    return true;
+}
+
+/* Is the occluder the surface itself that the point is on, which as a whole may lean by what corners move
+ * when they are welded? */
+static bool is_ground(const hpr_environment *environment, size_t occluder, hpr_vec3 normal, hpr_vec3 point)
+{
+    static const double parallel = 1e-3;
+    return hpr_length(hpr_cross(normal, environment->normal[occluder])) <= parallel &&
+           touches(&environment->outline[occluder], environment->normal[occluder], point, environment->reach);
+}
+
+/* Adds an occluder that rises over the horizon; returns where the next one's corners begin. */
+static int add_occluder(view *v, const hpr_environment *environment, size_t occluder, hpr_vec3 point,
+                        int first)
+{
+    const hpr_convex *outline = &environment->outline[occluder];
     hpr_convex relative = {.count = outline->count};
     hpr_side side[HPR_VISIBLE_CORNERS];
     double height = 0;
@@ -279,17 +305,17 @@ static int add_occluder(view *v, const hpr_convex *outline, hpr_vec3 point, doub
         relative.corner[i] = hpr_sub(outline->corner[i], point);
         height = fmax(height, hpr_dot(v->normal, relative.corner[i]));
     }
-    if (!(height > slack))
+    if (!(height > environment->reach) || is_ground(environment, occluder, v->normal, point))
         return first;
-    int planes = hpr_visible_pyramid(&relative, side);
-    if (planes == 0)
+    int sides = hpr_visible_pyramid(&relative, side);
+    if (sides == 0)
         return first;
     memcpy(v->corner + first, relative.corner, (size_t)relative.count * sizeof *relative.corner);
-    for (int k = 0; k < planes; k++) {
-        double length = hpr_length(side[k].normal);
-        v->side[first + k] = (hpr_side){hpr_scale(side[k].normal, 1 / length), side[k].rounding / length};
+    for (int k = 0; k < sides; k++) {
+        double scale = 1 / hpr_length(side[k].normal);
+        v->side[first + k] = (hpr_side){hpr_scale(side[k].normal, scale), scale * side[k].rounding};
     }
-    v->shape[v->count++] = (shape){(uint16_t)first, (uint16_t)relative.count, (uint16_t)planes};
+    v->shape[v->count++] = (shape){(uint16_t)first, (uint16_t)relative.count, (uint16_t)sides};
     return first + relative.count;
 }
 
@@ -304,7 +330,7 @@ hpr_opening hpr_environment_opening(const hpr_environment *environment, size_t p
     v.count = v.cones = 0;
     v.unresolved = 0;
     for (size_t i = 0; i < environment->occluder_count; i++)
-        next = add_occluder(&v, &environment->outline[i], point, environment->slack, next);
+        next = add_occluder(&v, environment, i, point, next);
     for (int i = 0; i < v.count; i++)
         listed[i] = (uint16_t)i;
     hpr_vec3 u = unit(hpr_vec3_load(patches->edge1 + 3 * patch)), w = hpr_cross(v.normal, u);
@@ -359,37 +385,25 @@ hpr_opening hpr_environment_sample(const hpr_environment *environment, size_t pa
     return (hpr_opening){sum / LATTICES, sqrt(square / (LATTICES * (LATTICES - 1)))};
 }
 
-/* In the closed polygon, to within `reach`. */
-static bool touches(const hpr_convex *outline, hpr_vec3 normal, hpr_vec3 point, double reach)
-{
-    if (!(fabs(hpr_dot(normal, hpr_sub(point, outline->corner[0]))) <= reach))
-        return false;
-    for (int i = 0; i < outline->count; i++) {
-        hpr_vec3 from = outline->corner[i], along = hpr_sub(outline->corner[(i + 1) % outline->count], from);
-        hpr_vec3 inward = hpr_cross(normal, along);
-        if (hpr_dot(inward, hpr_sub(point, from)) < -reach * hpr_length(along))
-            return false;
-    }
-    return true;
-}
-
 void hpr_environment_limit(const hpr_environment *environment, size_t leaf, double *s, double *t)
 {
-    static const double near = 1e-9, inward = 1e-6, parallel = 1e-9;
+    static const double least = 1e-6, most = 1e-2, parallel = 1e-3;
     const hpr_elements *e = environment->elements;
     size_t node = e->leaf[leaf], patch = e->patch[node];
-    hpr_vec3 x =
-        hpr_madd(hpr_madd(hpr_vec3_load(e->origin + 3 * node), *s, hpr_vec3_load(e->edge1 + 3 * node)), *t,
-                 hpr_vec3_load(e->edge2 + 3 * node));
+    hpr_vec3 edge1 = hpr_vec3_load(e->edge1 + 3 * node), edge2 = hpr_vec3_load(e->edge2 + 3 * node);
+    hpr_vec3 x = hpr_madd(hpr_madd(hpr_vec3_load(e->origin + 3 * node), *s, edge1), *t, edge2);
     hpr_vec3 normal = hpr_vec3_load(environment->patches->normal + 3 * patch);
     bool moved = false;
     for (size_t i = 0; i < environment->occluder_count && !moved; i++) {
         hpr_vec3 other = environment->normal[i];
-        moved = touches(&environment->outline[i], other, x, near * environment->size) &&
+        moved = touches(&environment->outline[i], other, x, environment->reach) &&
                 hpr_length(hpr_cross(normal, other)) > parallel;
     }
     if (!moved)
         return;
+    /* Out of reach of what touches, also where the leaf is slender. */
+    double length = hpr_length(edge1) + hpr_length(edge2), width = e->area_m2[node] / length;
+    double inward = fmin(fmax(least, 8 * environment->reach / width), most);
     double middle = environment->patches->shape[patch] == HPR_SHAPE_TRIANGLE ? 1.0 / 3 : 0.5;
     *s += inward * (middle - *s);
     *t += inward * (middle - *t);

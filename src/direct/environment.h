@@ -44,8 +44,9 @@ hpr_opening hpr_environment_sample(const hpr_environment *environment, size_t pa
                                    uint64_t seed);
 
 /*
- * Moves (s,t) of a leaf a millionth toward its middle if an occluder out of the leaf's plane touches the
- * point there: V jumps at such points, and this gives the limit from inside. Only if affordable. Concurrent
+ * Moves (s,t) of a leaf a little toward its middle if an occluder out of the leaf's plane touches the point
+ * there: V jumps at such points, and this gives the limit from inside. A little is a millionth of the leaf,
+ * or what brings the point out of reach of corners that welding has moved. Only if affordable. Concurrent
  * calls allowed.
  */
 void hpr_environment_limit(const hpr_environment *environment, size_t leaf, double *s, double *t);

@@ -13,15 +13,6 @@
 
 enum { HPR_VISIBLE_CORNERS = HPR_CONVEX_CORNERS, HPR_VISIBLE_PIECES = 64 };
 
-/*
- * A plane through the point: normal . x >= 0 is inside. Heights within rounding |x| are rounding and count as
- * none, so that two blockers that share an edge leave no crack and cut off no sliver.
- */
-typedef struct hpr_side {
-    hpr_vec3 normal;
-    double rounding;
-} hpr_side;
-
 typedef struct hpr_visible {
     int count;
     bool whole; /* nothing was cut out */
@@ -39,9 +30,18 @@ bool hpr_visible_part(hpr_vec3 point, const hpr_convex *sender, hpr_vec3 normal,
                       const uint32_t *blocker, int blocker_count, hpr_visible *visible);
 
 /*
- * Planes through the point (the origin) and the edges of a blocker, given relative to it, all pointing
- * inward: what is behind none of them is behind the blocker. plane: room for blocker->count. Returns their
- * number, 0 if the blocker is seen edge-on. Thread-safe.
+ * A plane through the point (the origin): normal . x >= 0 is inside. Heights within rounding |x| are rounding
+ * and count as none, so that two blockers that share an edge leave no crack and cut off no sliver.
+ */
+typedef struct hpr_side {
+    hpr_vec3 normal;
+    double rounding;
+} hpr_side;
+
+/*
+ * The planes through the point and the edges of a blocker, given relative to it, all pointing inward: what is
+ * inside all of them is behind the blocker. sides: room for blocker->count. Returns their number, 0 if the
+ * blocker is seen edge-on. Thread-safe.
  */
 int hpr_visible_pyramid(const hpr_convex *blocker, hpr_side *sides);
 

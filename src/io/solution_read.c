@@ -3,6 +3,7 @@
 #include "io/glb.h"
 #include "io/json_text.h"
 #include "io/solution_format.h"
+#include "patch/weld.h"
 
 #include <float.h>
 #include <limits.h>
@@ -421,6 +422,23 @@ static hpr_status read_environment(reader *r)
     return good ? HPR_OK : broken(r, "environment is missing, broken or not one per channel");
 }
 
+/* The first files of version 1 do not say it; then it follows from the scene's size. */
+static hpr_status read_weld(reader *r, const cJSON *distance)
+{
+    hpr_patches *patches = r->solution->patches;
+    double low[3], high[3], centre[3], radius = hpr_patches_radius(patches, centre);
+    for (int k = 0; k < 3; k++) {
+        low[k] = centre[k] - radius;
+        high[k] = centre[k] + radius;
+    }
+    patches->weld_m = hpr_weld_distance(low, high);
+    if (!distance && r->version < 2)
+        return HPR_OK;
+    if (!hpr_json_read_exact(distance, &patches->weld_m) || !(patches->weld_m >= 0))
+        return broken(r, "weldDistance is missing or negative");
+    return HPR_OK;
+}
+
 static hpr_status read_figures(reader *r)
 {
     hpr_solution *solution = r->solution;
@@ -441,10 +459,8 @@ static hpr_status read_figures(reader *r)
                              &solution->patches->degenerate_count) ||
          !hpr_json_read_size(member(patches, "duplicateCount"), 0x1p53, &solution->patches->duplicate_count)))
         status = broken(r, "degenerateCount or duplicateCount is missing");
-    if (status == HPR_OK &&
-        (!hpr_json_read_exact(member(patches, "weldDistance"), &solution->patches->weld_m) ||
-         !(solution->patches->weld_m >= 0)))
-        status = broken(r, "weldDistance is missing or negative");
+    if (status == HPR_OK)
+        status = read_weld(r, member(patches, "weldDistance"));
     if (status == HPR_OK)
         status = hpr_allocate_into(r->context, &solution->energy, r->sizes.channels, sizeof *solution->energy,
                                    "energy terms");

@@ -138,8 +138,10 @@ static void integrate_cell(leaf_integral *l, const hpr_cell *cell, double *sum)
     l->cells++;
     for (int k = 0; k < l->nodes * l->nodes; k++) {
         cell_point x = point_of_cell(p->gauss, cell, l->nodes, k);
+        double s = x.s, t = x.t;
+        hpr_environment_limit(p->environment, l->leaf, &s, &t);
         hpr_opening opening =
-            hpr_environment_opening(p->environment, l->patch, hpr_frame_point(&l->frame, x.s, x.t));
+            hpr_environment_opening(p->environment, l->patch, hpr_frame_point(&l->frame, s, t));
         add_value(l, x.s, x.t, x.weight * opening.part, sum);
         l->error += x.weight * opening.error * sqrt(l->frame.area_m2);
         l->worker->counts[HPR_COUNT_CLIPS]++;

@@ -4,6 +4,8 @@
 
 #include <math.h>
 
+static const double pi = 3.14159265358979323846;
+
 hpr_status hpr_reconstruction_init(const hpr_solution *solution, hpr_reconstruction *reconstruction)
 {
     *reconstruction = (hpr_reconstruction){.solution = solution};
@@ -28,22 +30,16 @@ void hpr_reconstruction_fini(hpr_reconstruction *reconstruction)
     hpr_environment_destroy(&reconstruction->environment);
 }
 
-/* Moves the point where surfaces touch, so that lamps are evaluated at the very same one. */
-static void add_environment(const hpr_reconstruction *reconstruction, size_t leaf, double *s, double *t,
-                            double *irradiance)
+/* V at a point of a leaf, which is moved where surfaces touch, so that lamps are evaluated at the very same
+ * point. */
+static double find_opening(const hpr_reconstruction *reconstruction, size_t leaf, double *s, double *t)
 {
-    static const double pi = 3.14159265358979323846;
-    const hpr_solution *solution = reconstruction->solution;
-    const hpr_elements *e = solution->elements;
+    const hpr_elements *e = reconstruction->solution->elements;
     size_t node = e->leaf[leaf];
     hpr_environment_limit(reconstruction->environment, leaf, s, t);
-    hpr_vec3 x =
-        hpr_madd(hpr_madd(hpr_vec3_load(e->origin + 3 * node), *s, hpr_vec3_load(e->edge1 + 3 * node)), *t,
-                 hpr_vec3_load(e->edge2 + 3 * node));
-    const double *surroundings = solution->surroundings + solution->channel_count * e->patch[node];
-    double part = hpr_environment_opening(reconstruction->environment, e->patch[node], x).part;
-    for (size_t c = 0; c < solution->channel_count; c++)
-        irradiance[c] += (pi * solution->environment[c] - surroundings[c]) * part;
+    hpr_vec3 x = hpr_madd(hpr_vec3_load(e->origin + 3 * node), *s, hpr_vec3_load(e->edge1 + 3 * node));
+    x = hpr_madd(x, *t, hpr_vec3_load(e->edge2 + 3 * node));
+    return hpr_environment_opening(reconstruction->environment, e->patch[node], x).part;
 }
 
 void hpr_reconstruct_point(const hpr_reconstruction *reconstruction, size_t patch, double s, double t,
@@ -68,12 +64,18 @@ void hpr_reconstruct_point(const hpr_reconstruction *reconstruction, size_t patc
         for (size_t c = 0; c < n; c++)
             irradiance[c] += scale * basis[k] * coefficient[c];
     }
-    /* No light is negative: where the polynomial dips below 0, 0 is nearer to the truth. */
-    bool clamp = reconstruction->direct && !reconstruction->environment;
-    for (size_t c = 0; c < n && clamp; c++)
-        irradiance[c] = fmax(irradiance[c], 0);
+    double open = 0;
     if (reconstruction->environment)
-        add_environment(reconstruction, leaf, &leaf_s, &leaf_t, irradiance);
+        open = find_opening(reconstruction, leaf, &leaf_s, &leaf_t);
+    for (size_t c = 0; c < n; c++) {
+        if (reconstruction->environment)
+            irradiance[c] -= solution->surroundings[n * patch + c] * open;
+        /* No light is negative: where the polynomial dips below 0, 0 is nearer to the truth. */
+        if (reconstruction->direct)
+            irradiance[c] = fmax(irradiance[c], 0);
+        if (reconstruction->environment)
+            irradiance[c] += pi * solution->environment[c] * open;
+    }
     if (reconstruction->direct)
         hpr_direct_add(reconstruction->direct, leaf, leaf_s, leaf_t, irradiance);
 }

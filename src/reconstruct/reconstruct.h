@@ -23,8 +23,8 @@ void hpr_reconstruction_fini(hpr_reconstruction *reconstruction);
 /*
  * H at the point (s,t) of a patch, W/m2: sum_k irradiance[k] T_k of the leaf that holds it, plus D there; 0
  * where the patch is covered. Where surfaces touch D is the limit from inside the leaf. With exact direct
- * light and no environment the sum, the indirect part, is not let below 0. irradiance: [channels]. Never
- * allocates; concurrent calls allowed.
+ * light what is not D, the indirect part, is not let below 0. irradiance: [channels]. Never allocates;
+ * concurrent calls allowed.
  */
 void hpr_reconstruct_point(const hpr_reconstruction *reconstruction, size_t patch, double s, double t,
                            double *irradiance);

@@ -64,6 +64,21 @@ static void coverage_becomes_straight_alpha(void **state)
     free(p.bytes);
 }
 
+/* Light from outside shows through the holes. */
+static void a_sky_leaves_no_holes(void **state)
+{
+    fixture *f = *state;
+    float radiance[] = {0.25f, 0.5f, 0, /* half covered */ 0, 0.5f, 1, /* not */ 1, 1, 1 /* wholly */};
+    float coverage[] = {0.5f, 0, 1};
+    hpr_image image = {3, 1, 3, radiance, coverage, NULL, 1};
+    assert_int_equal(hpr_image_write_png(f->context, &image, 1, in_folder(f, "a.png"), NULL), HPR_OK);
+    preview p = read_back(in_folder(f, "a.png"));
+    assert_int_equal(p.png.format, PNG_FORMAT_RGB);
+    static const png_byte expected[] = {137, 188, 0, 0, 188, 255, 255, 255, 255}; /* sRGB of 1/4: 137 */
+    assert_memory_equal(p.bytes, expected, sizeof expected);
+    free(p.bytes);
+}
+
 static void one_channel_is_grey(void **state)
 {
     fixture *f = *state;
@@ -152,9 +167,13 @@ static void every_allocation_may_fail(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        IO_TEST(transfer_function_is_srgb), IO_TEST(coverage_becomes_straight_alpha),
-        IO_TEST(one_channel_is_grey),       IO_TEST(exposure_makes_the_log_average_middle_grey),
-        IO_TEST(failures_leave_nothing),    IO_TEST(every_allocation_may_fail),
+        IO_TEST(transfer_function_is_srgb),
+        IO_TEST(coverage_becomes_straight_alpha),
+        IO_TEST(a_sky_leaves_no_holes),
+        IO_TEST(one_channel_is_grey),
+        IO_TEST(exposure_makes_the_log_average_middle_grey),
+        IO_TEST(failures_leave_nothing),
+        IO_TEST(every_allocation_may_fail),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

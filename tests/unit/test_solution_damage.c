@@ -237,7 +237,7 @@ static void replace_all(unsigned char *data, size_t bytes, const char *from, con
 static void version_1_is_read_as_dark_outside(void **state)
 {
     fixture *f = *state;
-    static const char *const later[] = {"\"environment", "\"surroundings\"", "\"feet\"",
+    static const char *const later[] = {"\"environment", "\"surroundings\"", "\"weldDistance\"", "\"feet\"",
                                         "\"blockedTolerance\""};
     hpr_solution *s = random_solution(f->context, 51, 3, 0, 1), *back;
     assert_int_equal(hpr_solution_write(f->context, s, in_folder(f, "a.glb")), HPR_OK);
@@ -259,6 +259,7 @@ static void version_1_is_read_as_dark_outside(void **state)
     }
     assert_int_equal(back->summary.environment, HPR_ENVIRONMENT_NONE);
     assert_int_equal(back->summary.sweeps, s->summary.sweeps);
+    assert_true(back->patches->weld_m > 0);
     for (size_t i = 0; i < 3 * s->patches->count; i++)
         assert_true(back->surroundings[i] == 0 && s->surroundings[i] > 0);
     hpr_solution_destroy(&back);

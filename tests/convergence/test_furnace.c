@@ -40,9 +40,9 @@ static double furnace_error(double a, double b, double c, double rho, int order)
 
 static void check_furnace(double a, double b, double c)
 {
-    static const double rho[] = {0.5, 0.9};
+    static const double rho[] = {0.5, 0.9, 0.99};
     for (int order = 0; order <= 8; order++) {
-        for (int i = 0; i < 2; i++) {
+        for (int i = 0; i < 3; i++) {
             double error = furnace_error(a, b, c, rho[i], order);
             print_message("box %g x %g x %g  rho %g  degree %d  error of B %.1e\n", a, b, c, rho[i], order,
                           error);

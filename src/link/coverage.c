@@ -13,7 +13,8 @@ typedef struct foot {
     double from[2], to[2];
 } foot;
 
-enum { MAX_PIECES = 16 };
+/* In scenes of more patches the search would take minutes: all elements count as open. */
+enum { MAX_PIECES = 16, MAX_PATCHES = 20000 };
 
 /* The open part of a leaf, in the leaf's parameters. */
 typedef struct trimmed {
@@ -226,7 +227,7 @@ static bool lies_against(const search *s, const double point[3])
 {
     const hpr_patches *patches = s->coverage->patches;
     const double *normal = patches->normal + 3 * (size_t)s->patch;
-    for (size_t i = 0; i < patches->count; i++) {
+    for (size_t i = 0; s->faced && i < patches->count; i++) {
         double offset[3], u, v;
         if (i == s->patch || i == patches->twin[s->patch] ||
             hpr_dot3(normal, patches->normal + 3 * i) > -0.999)
@@ -436,7 +437,8 @@ hpr_status hpr_coverage_create(const hpr_patches *patches, const hpr_elements *e
     if (status == HPR_OK) {
         for (size_t i = 0; i < elements->leaf_count; i++)
             coverage->trim_of_leaf[i] = HPR_NONE;
-        status = trim_all(&s);
+        if (patches->count <= MAX_PATCHES)
+            status = trim_all(&s);
     }
     hpr_visibility_destroy(&s.visibility);
     void *arrays[] = {s.gauss, s.feet, s.box};

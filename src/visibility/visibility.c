@@ -153,22 +153,55 @@ static void set_units(hpr_visibility *visibility)
     visibility->reach = fmax(1e-7, 2 * visibility->slack);
 }
 
-/* All patches lie in occluders, so these stand for them. In a convex room there is none. */
-static bool divides(const hpr_visibility *visibility, const hpr_occluder *occluder)
+/* What an occluder has on either side of its plane. */
+typedef struct both_sides {
+    bool above, below;
+} both_sides;
+
+static void add_sides(const hpr_visibility *visibility, const hpr_occluder *occluder,
+                      const hpr_occluder *other, both_sides *sides)
 {
-    bool above = false, below = false;
-    for (size_t i = 0; i < visibility->occluder_count && !(above && below); i++) {
-        const hpr_occluder *other = &visibility->occluder[i];
-        for (int k = 0; k < other->edge_count; k++) {
-            double offset[3];
-            hpr_subtract3(other->corner[k], occluder->origin, offset);
-            double height = hpr_dot3(occluder->normal, offset);
-            /* less than what counts as dividing, for an outline may be off by a part of the slack */
-            above |= height > visibility->slack / 4;
-            below |= height < -visibility->slack / 4;
+    for (int k = 0; k < other->edge_count; k++) {
+        double offset[3];
+        hpr_subtract3(other->corner[k], occluder->origin, offset);
+        double height = hpr_dot3(occluder->normal, offset);
+        /* less than what counts as dividing, for an outline may be off by a part of the slack */
+        sides->above |= height > visibility->slack / 4;
+        sides->below |= height < -visibility->slack / 4;
+    }
+}
+
+enum { EXTREMES = 26 };
+
+/* Occluders that reach farthest along the directions to the sides, edges and corners of a cube: most planes
+ * have some of these on both sides. */
+static void find_extremes(const hpr_visibility *visibility, size_t extreme[EXTREMES])
+{
+    for (int e = 0; e < EXTREMES; e++) {
+        int code = e < EXTREMES / 2 ? e : e + 1; /* without the middle of 3 x 3 x 3 */
+        const double direction[3] = {code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1};
+        double farthest = -INFINITY;
+        extreme[e] = 0;
+        for (size_t i = 0; i < visibility->occluder_count; i++) {
+            double reach = hpr_dot3(direction, visibility->occluder[i].corner[0]);
+            if (reach > farthest) {
+                farthest = reach;
+                extreme[e] = i;
+            }
         }
     }
-    return above && below;
+}
+
+/* All patches lie in occluders, so these stand for them. In a convex room there is none. */
+static bool divides(const hpr_visibility *visibility, const hpr_occluder *occluder,
+                    const size_t extreme[EXTREMES])
+{
+    both_sides sides = {false, false};
+    for (int e = 0; e < EXTREMES; e++)
+        add_sides(visibility, occluder, &visibility->occluder[extreme[e]], &sides);
+    for (size_t i = 0; i < visibility->occluder_count && !(sides.above && sides.below); i++)
+        add_sides(visibility, occluder, &visibility->occluder[i], &sides);
+    return sides.above && sides.below;
 }
 
 static hpr_status find_dividers(hpr_visibility *visibility)
@@ -176,8 +209,10 @@ static hpr_status find_dividers(hpr_visibility *visibility)
     hpr_status status =
         hpr_allocate_into(visibility->context, &visibility->divider, visibility->occluder_count,
                           sizeof *visibility->divider, "visibility");
+    size_t extreme[EXTREMES];
+    find_extremes(visibility, extreme);
     for (size_t i = 0; status == HPR_OK && i < visibility->occluder_count; i++) {
-        if (divides(visibility, &visibility->occluder[i]))
+        if (divides(visibility, &visibility->occluder[i], extreme))
             visibility->divider[visibility->divider_count++] = (uint32_t)i;
     }
     return status;

@@ -19,7 +19,7 @@ typedef struct hpr_block_scratch hpr_block_scratch;
 hpr_status hpr_block_scratch_create(hpr_context *ctx, hpr_block_scratch **scratch);
 void hpr_block_scratch_destroy(hpr_block_scratch **scratch);
 
-enum { HPR_CLIP_BLOCKERS = 256 };
+enum { HPR_CLIP_BLOCKERS = 64 };
 
 typedef struct hpr_block_task {
     hpr_element_frame recv, send;

@@ -3,7 +3,6 @@
 #include "visibility/faces.h"
 
 #include <omp.h>
-#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -179,7 +179,7 @@ static void choose_tolerances(assembly *a, double tolerance)
     static const struct {
         size_t pairs;
         double tolerance;
-    } level[] = {{1000, 1e-6}, {8000, 1e-3}, {60000, 3e-2}, {SIZE_MAX, 0}};
+    } level[] = {{200, 1e-6}, {8000, 1e-3}, {60000, 3e-2}, {SIZE_MAX, 0}};
     hpr_links *links = a->links;
     size_t pairs = 0, n = a->patches->count, k = 0;
     for (size_t l = 0; l < links->count; l++) {

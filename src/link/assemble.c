@@ -189,8 +189,14 @@ static void choose_tolerances(assembly *a, double tolerance)
     }
     while (pairs > level[k].pairs)
         k++;
+    /* Where many things stand about, a pair has tens of blockers, and rays are cheaper. */
+    enum { FEW_OCCLUDERS = 64, FEW_PAIRS = 500 };
+    bool crowded = hpr_visibility_occluder_count(a->visibility) > FEW_OCCLUDERS && pairs > FEW_PAIRS;
     links->tolerance = tolerance > 0 ? tolerance : links->occluded ? 1e-5 : 1e-12;
-    links->blocked_tolerance = !links->occluded ? 0 : tolerance > 0 ? tolerance : level[k].tolerance;
+    links->blocked_tolerance = !links->occluded ? 0
+                               : tolerance > 0  ? tolerance
+                               : crowded        ? 0
+                                                : level[k].tolerance;
     for (size_t i = 0; i < n; i++)
         a->area_m2 += a->patches->area_m2[i];
 }

@@ -215,6 +215,23 @@ static void plates_shade_each_other_by_their_form_factor(void **state)
     room_close(&room);
 }
 
+/* The upper plate turned over: its back shades the lower one as its front did, its front is in the open. */
+static void backs_shade_too(void **state)
+{
+    (void)state;
+    static const double factor = 0.199824895698387, bound = 1e-12;
+    static const double above[4][3] = {{0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+    hpr_room room = room_open(1);
+    room_add(&room, 4, square, 0, 0, false);
+    room_add(&room, 4, above, 0, 0, false);
+    set_sky(&room, 1, 1, 1);
+    hpr_solution *solution = room_solve(&room, 1, 1);
+    double balance, received = energy_of(&room, solution, &balance).environment;
+    assert_true(fabs(received / (pi * (2 - factor)) - 1) <= bound);
+    hpr_solution_destroy(&solution);
+    room_close(&room);
+}
+
 /* What is received, absorbed, lost and escapes, each by itself, where nothing casts a shadow. */
 static void energy_balances(void **state)
 {
@@ -491,6 +508,7 @@ int main(void)
         cmocka_unit_test(an_open_box_as_bright_as_the_sky_is_a_furnace),
         cmocka_unit_test(a_closed_room_stays_dark),
         cmocka_unit_test(plates_shade_each_other_by_their_form_factor),
+        cmocka_unit_test(backs_shade_too),
         cmocka_unit_test(energy_balances),
         cmocka_unit_test(moments_say_how_good_they_are),
         cmocka_unit_test(a_coarse_basis_has_little_to_carry),

@@ -31,6 +31,7 @@ typedef struct hpr_solve_options {
     int order;     /**< polynomial degree p of every element, 0 .. HPR_MAX_ORDER */
     int subdivide; /**< N: 4^N elements per patch, 0 .. HPR_MAX_SUBDIVIDE */
     int feet;      /**< so often are elements quartered that the foot of an object cuts, 0 .. HPR_MAX_FEET */
+    double link_tolerance;   /**< of the operator's norm, for what links leave out; 0: chosen */
     double block_tolerance;  /**< relative, per block; 0: chosen, see hpr_solve_summary */
     double solver_tolerance; /**< relative residual of the linear system */
     int max_sweeps;          /**< iteration limit */
@@ -70,6 +71,7 @@ typedef struct hpr_solve_summary {
     double environment_error; /**< estimated, of the mean of V on an element: root of its mean square */
     size_t channels_solved;   /**< 1 if all channels agree, else their number */
     size_t degenerate_count, duplicate_count;
+    double link_tolerance, link_error; /**< in force, and what unobstructed links leave out, measured */
     double
         block_tolerance; /**< of blocks that nothing obstructs: 1e-12 in an unobstructed scene, else 1e-5 */
     double blocked_tolerance; /**< of the others, relative to themselves or to the sender's share of the area:

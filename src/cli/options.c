@@ -25,6 +25,10 @@ const struct poptOption cli_solve_options[] = {
      "uniform radiance from outside, W/m2/sr, seen by surfaces and cameras: one number, or one per channel "
      "(default 0)",
      "L|R,G,B"},
+    {"link-tol", 0, POPT_ARG_STRING, NULL, CLI_OPTION_LINK_TOLERANCE,
+     "what links between groups of elements may leave out of the operator, relative to its norm (default: what "
+     "the number of elements allows)",
+     "T"},
     {"block-tol", 0, POPT_ARG_STRING, NULL, CLI_OPTION_BLOCK_TOLERANCE,
      "relative tolerance of each transport block (default 1e-12 where nothing blocks, else 1e-5, and chosen "
      "by their number for blocked ones)",
@@ -175,6 +179,8 @@ int cli_take_solve_option(cli_solve_settings *settings, int id, const char *valu
     case CLI_OPTION_FEET:
         settings->feet_given = true;
         return cli_integer("--feet", value, 0, HPR_MAX_FEET, &solve->feet);
+    case CLI_OPTION_LINK_TOLERANCE:
+        return cli_positive("--link-tol", value, 1, true, &solve->link_tolerance);
     case CLI_OPTION_BLOCK_TOLERANCE:
         return cli_positive("--block-tol", value, 1, true, &solve->block_tolerance);
     case CLI_OPTION_DIRECT:

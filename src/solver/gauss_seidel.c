@@ -1,18 +1,15 @@
 #include "solver/gauss_seidel.h"
 
+#include "solver/operator.h"
+
 #include <float.h>
 #include <math.h>
-
-/* Leaves that one thread updates at a time, and the multiplications from which a patch is shared between
- * threads. They take about 3 ms, as long as libgomp lets a thread spin while it waits for another that a busy
- * machine does not run: shorter shares would burn many times what they save. The result depends on neither.
- */
-enum { CHUNK_LEAVES = 16, SHARED_WORK = 1 << 23 };
 
 typedef struct sweep {
     hpr_gauss_seidel *problem;
     const hpr_elements *elements;
     hpr_context *context;
+    hpr_operator *op;
     size_t dofs;
     double *reflected;       /* [channels][dofs] */
     double *fresh;           /* [channels][dofs] the newest irradiance */
@@ -49,20 +46,30 @@ static void compare(sweep *s, size_t leaf, bool update)
     }
 }
 
-static void relax(sweep *s, size_t patch, size_t leaf, size_t leaf_end, bool update)
+static void relax(sweep *s, size_t patch, bool update)
 {
     const hpr_gauss_seidel *p = s->problem;
-    hpr_links_gather(p->links, patch, leaf, leaf_end, p->channel_count, s->reflected, s->fresh);
+    const hpr_elements *e = s->elements;
+    size_t first = e->patch_leaf[patch], end = e->patch_leaf[patch + 1];
+    hpr_operator_receive(s->op, patch, s->fresh);
     for (size_t c = 0; c < p->channel_count; c++) {
         size_t row = c * s->dofs;
-        for (size_t i = row + s->elements->dof[leaf]; i < row + s->elements->dof[leaf_end]; i++)
+        for (size_t i = row + e->dof[first]; i < row + e->dof[end]; i++)
             s->fresh[i] += p->direct[i];
     }
-    for (; leaf < leaf_end; leaf++) {
+    for (size_t leaf = first; leaf < end; leaf++) {
         for (size_t c = 0; c < p->channel_count; c++)
-            hpr_coverage_project(p->coverage, leaf, s->fresh + c * s->dofs + s->elements->dof[leaf]);
+            hpr_coverage_project(p->coverage, leaf, s->fresh + c * s->dofs + e->dof[leaf]);
         compare(s, leaf, update);
     }
+}
+
+/* rho H on a patch, sent. */
+static void reflect(sweep *s, size_t patch)
+{
+    for (size_t leaf = s->elements->patch_leaf[patch]; leaf < s->elements->patch_leaf[patch + 1]; leaf++)
+        set_reflected(s, patch, leaf);
+    hpr_operator_send(s->op, patch, s->reflected);
 }
 
 /* Relative change of the last pass: the worst channel. */
@@ -84,19 +91,10 @@ static double relative_change(const sweep *s)
 
 static double sweep_once(sweep *s, bool update)
 {
-    const hpr_elements *e = s->elements;
-    for (size_t patch = 0; patch < e->patch_count; patch++) {
-        size_t low = e->patch_leaf[patch], high = e->patch_leaf[patch + 1];
-        size_t chunks = (high - low + CHUNK_LEAVES - 1) / CHUNK_LEAVES;
-        size_t work = s->problem->channel_count * (e->dof[high] - e->dof[low]) * s->dofs;
-        bool shared = chunks > 1 && work >= SHARED_WORK;
-#pragma omp parallel for schedule(static) num_threads(hpr_context_threads(s->context)) if (shared)
-        for (size_t chunk = 0; chunk < chunks; chunk++) {
-            size_t first = low + chunk * CHUNK_LEAVES, last = first + CHUNK_LEAVES;
-            relax(s, patch, first, last < high ? last : high, update);
-        }
-        for (size_t leaf = low; update && leaf < high; leaf++)
-            set_reflected(s, patch, leaf);
+    for (size_t patch = 0; patch < s->elements->patch_count; patch++) {
+        relax(s, patch, update);
+        if (update)
+            reflect(s, patch);
     }
     return relative_change(s);
 }
@@ -139,7 +137,7 @@ static hpr_status iterate(sweep *s)
 
 hpr_status hpr_gauss_seidel_solve(hpr_gauss_seidel *problem)
 {
-    const hpr_elements *e = problem->links->elements;
+    const hpr_elements *e = problem->links->tree->elements;
     hpr_context *ctx = problem->links->context;
     size_t n = problem->channel_count, dofs = e->dof[e->leaf_count];
     sweep s = {.problem = problem, .elements = e, .context = ctx, .dofs = dofs};
@@ -150,14 +148,15 @@ hpr_status hpr_gauss_seidel_solve(hpr_gauss_seidel *problem)
         status = hpr_allocate_into(ctx, &s.norm2, e->leaf_count * n, sizeof(double), "the solver");
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &s.fresh, dofs * n, sizeof(double), "the solver");
+    if (status == HPR_OK)
+        status = hpr_operator_create(problem->links, n, &s.op);
     if (status == HPR_OK) {
-        for (size_t patch = 0; patch < e->patch_count; patch++) {
-            for (size_t leaf = e->patch_leaf[patch]; leaf < e->patch_leaf[patch + 1]; leaf++)
-                set_reflected(&s, patch, leaf);
-        }
+        for (size_t patch = 0; patch < e->patch_count; patch++)
+            reflect(&s, patch);
         status = iterate(&s);
         problem->residual = sweep_once(&s, false);
     }
+    hpr_operator_destroy(&s.op);
     hpr_release(ctx, s.reflected);
     hpr_release(ctx, s.change2);
     hpr_release(ctx, s.norm2);

@@ -4,6 +4,7 @@
 #include "patch/frame.h"
 #include "solver/energy.h"
 #include "solver/gauss_seidel.h"
+#include "solver/operator.h"
 #include "solver/outside.h"
 #include "solver/solution.h"
 
@@ -29,6 +30,8 @@ static hpr_status check_options(hpr_context *ctx, const hpr_solve_options *optio
     if (options->feet < 0 || options->feet > HPR_MAX_FEET)
         return hpr_fail(ctx, HPR_ERR_ARG, "%d quarterings at feet are not in 0 .. %d", options->feet,
                         HPR_MAX_FEET);
+    if (!(options->link_tolerance >= 0 && options->link_tolerance < 1))
+        return hpr_fail(ctx, HPR_ERR_ARG, "link tolerance %g is not in [0, 1)", options->link_tolerance);
     if (!(options->block_tolerance >= 0 && options->block_tolerance < 1))
         return hpr_fail(ctx, HPR_ERR_ARG, "block tolerance %g is not in [0, 1)", options->block_tolerance);
     if (!(options->solver_tolerance > 0 && options->solver_tolerance < 1))
@@ -224,6 +227,7 @@ static hpr_status gather_direct(const hpr_solution *solution, const hpr_links *l
     const hpr_elements *e = solution->elements;
     size_t n = solution->channel_count, dofs = solution->summary.dof_count;
     double *emission = NULL;
+    hpr_operator *op = NULL;
     hpr_status status = hpr_allocate_into(ctx, &emission, n * dofs, sizeof(double), "direct light");
     if (status != HPR_OK)
         return status;
@@ -233,11 +237,12 @@ static hpr_status gather_direct(const hpr_solution *solution, const hpr_links *l
             emission[c * dofs + e->dof[leaf]] =
                 sqrt(e->area_m2[node]) * patches->exitance[n * e->patch[node] + c];
     }
-#pragma omp parallel for schedule(dynamic, 1) num_threads(hpr_context_threads(ctx))
-    for (size_t patch = 0; patch < patches->count; patch++)
-        hpr_links_gather(links, patch, e->patch_leaf[patch], e->patch_leaf[patch + 1], n, emission, direct);
+    status = hpr_operator_create(links, n, &op);
+    if (status == HPR_OK)
+        hpr_operator_apply(op, emission, direct);
+    hpr_operator_destroy(&op);
     hpr_release(ctx, emission);
-    return HPR_OK;
+    return status;
 }
 
 /* The moments of D by clipping: where D jumps the quadrature is cut, so that what the elements cannot show of
@@ -267,6 +272,8 @@ static void summarise_links(hpr_solution *solution, const hpr_links *links)
     hpr_solve_summary *summary = &solution->summary;
     summary->link_count = links->count;
     summary->block_bytes = links->block_count * sizeof(double);
+    summary->link_tolerance = links->link_tolerance;
+    summary->link_error = links->link_error;
     summary->block_tolerance = links->tolerance;
     summary->blocked_tolerance = links->blocked_tolerance;
     summary->short_count = links->short_count;
@@ -290,6 +297,25 @@ static void take_out(hpr_solution *solution, const hpr_coverage *coverage, const
         solution->irradiance[i] -= direct[i % n * dofs + i / n];
 }
 
+static hpr_status link_up(const hpr_solution *solution, const hpr_coverage *coverage,
+                          const hpr_solve_options *options, hpr_links **links)
+{
+    const hpr_patches *patches = solution->patches;
+    size_t n = patches->channel_count;
+    bool *sends = NULL;
+    hpr_status status =
+        hpr_allocate_into(solution->context, &sends, patches->count, sizeof *sends, "links");
+    if (status != HPR_OK)
+        return status;
+    bool emission = solution->summary.direct == HPR_DIRECT_GALERKIN;
+    for (size_t i = 0; i < patches->count * n; i++)
+        sends[i / n] |= patches->reflectance[i] > 0 || (emission && patches->exitance[i] > 0);
+    const hpr_links_demand demand = {options->link_tolerance, options->block_tolerance, sends};
+    status = hpr_links_assemble(coverage, solution->elements, &demand, links);
+    hpr_release(solution->context, sends);
+    return status;
+}
+
 /* Stages in order; each fills its part of the solution. The energy terms need the whole H. */
 static hpr_status transport(hpr_solution *solution, const hpr_solve_options *options)
 {
@@ -300,7 +326,7 @@ static hpr_status transport(hpr_solution *solution, const hpr_solve_options *opt
     hpr_stage_begin(ctx, "assembly");
     hpr_status status = hpr_coverage_create(solution->patches, solution->elements, &coverage);
     if (status == HPR_OK)
-        status = hpr_links_assemble(coverage, solution->elements, options->block_tolerance, &links);
+        status = link_up(solution, coverage, options, &links);
     hpr_stage_end(ctx);
     if (status == HPR_OK) {
         summarise_links(solution, links);

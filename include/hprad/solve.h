@@ -26,6 +26,18 @@ typedef enum hpr_direct_mode {
     HPR_DIRECT_GALERKIN /**< projected onto the basis like everything else */
 } hpr_direct_mode;
 
+/** How the linear system is solved. All give the same solution. */
+typedef enum hpr_solver_method {
+    HPR_SOLVER_AUTO,         /**< Gauss-Seidel, and GMRES where that takes long */
+    HPR_SOLVER_GAUSS_SEIDEL, /**< patch after patch */
+    HPR_SOLVER_GMRES,        /**< preconditioned by a Gauss-Seidel sweep */
+    HPR_SOLVER_GATHERING,    /**< Jacobi: all patches at once */
+    HPR_SOLVER_SHOOTING      /**< Southwell: the brightest patch first, progressive refinement */
+} hpr_solver_method;
+
+/** "auto", "gauss-seidel", "gmres", "gathering", "shooting"; static text. */
+HPR_API const char *hpr_solver_name(hpr_solver_method method);
+
 /** How a scene is solved. */
 typedef struct hpr_solve_options {
     int order;     /**< polynomial degree p of every element, 0 .. HPR_MAX_ORDER */
@@ -33,8 +45,9 @@ typedef struct hpr_solve_options {
     int feet;      /**< so often are elements quartered that the foot of an object cuts, 0 .. HPR_MAX_FEET */
     double link_tolerance;   /**< of the operator's norm, for what links leave out; 0: chosen */
     double block_tolerance;  /**< relative, per block; 0: chosen, see hpr_solve_summary */
-    double solver_tolerance; /**< relative residual of the linear system */
-    int max_sweeps;          /**< iteration limit */
+    hpr_solver_method solver;
+    double solver_tolerance; /**< relative error of the linear system's solution */
+    int max_sweeps;          /**< limit of sweeps, iterations or shots */
     hpr_direct_mode direct;  /**< what becomes of direct light */
 } hpr_solve_options;
 
@@ -77,8 +90,9 @@ typedef struct hpr_solve_summary {
     double blocked_tolerance; /**< of the others, relative to themselves or to the sender's share of the area:
                                  by their number, 1e-6 to 0.03; 0 if they are sampled */
     size_t short_count;       /**< blocks that stopped short of theirs */
-    int sweeps;
-    double residual; /**< relative, of the last sweep */
+    int solver;      /**< hpr_solver_method that was used last */
+    int sweeps;      /**< applications of the operator; of shooting: shots */
+    double residual; /**< |D + K rho H - H| / |H|, computed afresh at the end */
     int occluded;    /**< 1 if some pair of patches may be blocked */
 } hpr_solve_summary;
 

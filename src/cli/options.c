@@ -33,6 +33,10 @@ const struct poptOption cli_solve_options[] = {
      "relative tolerance of each transport block (default 1e-12 where nothing blocks, else 1e-5, and chosen "
      "by their number for blocked ones)",
      "T"},
+    {"solver", 0, POPT_ARG_STRING, NULL, CLI_OPTION_SOLVER,
+     "how the linear system is solved: Gauss-Seidel sweeps, GMRES, gathering (Jacobi), shooting (progressive "
+     "refinement); default auto: Gauss-Seidel, and GMRES where that takes long",
+     "auto|gauss-seidel|gmres|gathering|shooting"},
     {"max-sweeps", 0, POPT_ARG_STRING, NULL, CLI_OPTION_MAX_SWEEPS, "iteration limit of the solver", "N"},
     {"max-reflectance", 0, POPT_ARG_STRING, NULL, CLI_OPTION_MAX_REFLECTANCE,
      "scale reflectances above R down to R", "R"},
@@ -155,6 +159,17 @@ static bool take_direct(const char *text, hpr_direct_mode *direct)
     return false;
 }
 
+static bool take_solver(const char *text, hpr_solver_method *solver)
+{
+    for (int i = HPR_SOLVER_AUTO; i <= HPR_SOLVER_SHOOTING; i++) {
+        *solver = (hpr_solver_method)i;
+        if (!strcmp(text, hpr_solver_name(*solver)))
+            return true;
+    }
+    cli_complain("--solver '%s': expected auto, gauss-seidel, gmres, gathering or shooting", text);
+    return false;
+}
+
 static bool take_path(const char *option, const char *text, const char **path)
 {
     *path = text;
@@ -187,6 +202,8 @@ int cli_take_solve_option(cli_solve_settings *settings, int id, const char *valu
         return take_direct(value, &solve->direct);
     case CLI_OPTION_ENVIRONMENT:
         return cli_take_environment(value, &settings->environment);
+    case CLI_OPTION_SOLVER:
+        return take_solver(value, &solve->solver);
     case CLI_OPTION_MAX_SWEEPS:
         return cli_integer("--max-sweeps", value, 1, INT_MAX, &solve->max_sweeps);
     case CLI_OPTION_MAX_REFLECTANCE:

@@ -98,6 +98,7 @@ void hpr_report_add_cost(cJSON *root, const hpr_context *ctx, bool *ok)
 static void add_accuracy(cJSON *root, const hpr_solve_summary *summary, bool *ok)
 {
     cJSON *solver = hpr_json_object(root, "solver", ok);
+    hpr_json_text(solver, "method", hpr_solver_name((hpr_solver_method)summary->solver), ok);
     hpr_json_number(solver, "sweeps", summary->sweeps, ok);
     hpr_json_number(solver, "residual", summary->residual, ok);
     hpr_json_number(solver, "blocks_short", (double)summary->short_count, ok);

@@ -68,6 +68,8 @@ const hpr_field *hpr_summary_fields(size_t *count)
         {"feet", HPR_FIELD_INT, AT(options.feet), 2},
         {"linkToleranceAsked", HPR_FIELD_DOUBLE, AT(options.link_tolerance), 3},
         {"blockTolerance", HPR_FIELD_DOUBLE, AT(options.block_tolerance), 1},
+        {"solverAsked", HPR_FIELD_INT, AT(options.solver), 3},
+        {"solver", HPR_FIELD_INT, AT(solver), 3},
         {"solverTolerance", HPR_FIELD_DOUBLE, AT(options.solver_tolerance), 1},
         {"maxSweeps", HPR_FIELD_INT, AT(options.max_sweeps), 1},
         {"directAsked", HPR_FIELD_INT, AT(options.direct), 1},

@@ -31,7 +31,8 @@ typedef struct assembly {
     hpr_quadrature *quadrature;
     hpr_far *far;
     hpr_links *links;
-    worker *workers; /* [threads] */
+    worker *workers;  /* [threads] */
+    uint8_t *verdict; /* [patches][patches] hpr_verdict, upper triangle */
     double *error2;  /* [link_count] square of what a link leaves out, 0 where that is unknown */
 } assembly;
 
@@ -89,11 +90,58 @@ static hpr_status index_rows(assembly *a)
     return status;
 }
 
-static hpr_status make_links(assembly *a, const bool *sends)
+/* Verdicts of all pairs of patches of which one sends. */
+static hpr_status find_verdicts(assembly *a, const bool *sends)
+{
+    size_t n = a->patches->count;
+    atomic_bool occluded = false;
+    hpr_status status = hpr_allocate_into(a->context, &a->verdict, n * n, 1, "visibility between patches");
+    if (status != HPR_OK)
+        return status;
+#pragma omp parallel for schedule(dynamic, 4) num_threads(hpr_context_threads(a->context))
+    for (size_t i = 0; i < n; i++) {
+        hpr_views_cursor *cursor = a->workers[omp_get_thread_num()].cursor;
+        for (size_t j = i + 1; j < n && !hpr_cancelled(a->context); j++) {
+            hpr_verdict verdict = sends[i] || sends[j] ? hpr_views_classify(a->views, cursor, i, j, NULL, NULL)
+                                                       : HPR_SEES_NOTHING;
+            a->verdict[i * n + j] = (uint8_t)verdict;
+            if (verdict == HPR_SEES_PARTLY)
+                occluded = true;
+        }
+    }
+    a->links->occluded = occluded;
+    return hpr_cancelled(a->context) ? hpr_fail(a->context, HPR_ERR_INTERRUPTED, "interrupted") : HPR_OK;
+}
+
+/* While all pairs of leaves can be had, links leave out next to nothing; beyond that less than elements of low
+ * degree do. */
+static double choose_link_tolerance(const assembly *a)
+{
+    enum { FEW_LEAVES = 4096 };
+    bool few = a->elements->leaf_count <= FEW_LEAVES;
+    return a->links->occluded ? (few ? 1e-5 : 1e-3) : (few ? 1e-12 : 1e-6);
+}
+
+/* The degree of inner nodes: higher ones make fewer links, but larger blocks. */
+static int inner_degree(double link_tolerance)
+{
+    int degree = (int)ceil(-0.75 * log10(link_tolerance));
+    return degree < 1 ? 1 : degree > 8 ? 8 : degree;
+}
+
+static hpr_status make_links(assembly *a, const hpr_links_demand *demand)
 {
     hpr_links *links = a->links;
-    const hpr_refinement refinement = {a->coverage, a->visibility, a->views, sends, links};
-    hpr_status status = hpr_links_refine(&refinement);
+    hpr_status status = find_verdicts(a, demand->sends);
+    links->link_tolerance = demand->link_tolerance > 0 ? demand->link_tolerance : choose_link_tolerance(a);
+    if (status == HPR_OK)
+        status = hpr_tree_create(a->coverage, a->elements, inner_degree(links->link_tolerance), &links->tree);
+    if (status == HPR_OK)
+        status = hpr_far_create(a->context, links->tree->highest_degree, &a->far);
+    if (status == HPR_OK) {
+        const hpr_refinement refinement = {a->coverage, a->visibility, a->views, a->verdict, links};
+        status = hpr_links_refine(&refinement);
+    }
     if (status == HPR_OK && links->count >= HPR_NONE)
         status = hpr_fail(a->context, HPR_ERR_MEMORY, "%zu links are more than 32-bit indices can name",
                           links->count);
@@ -130,12 +178,16 @@ static void choose_tolerances(assembly *a, double tolerance)
         k++;
     /* Where many things stand about, a pair has tens of blockers, and rays are cheaper. */
     enum { FEW_OCCLUDERS = 64, FEW_PAIRS = 500 };
+    static const double part_of_links = 0.1; /* of what links leave out anyway */
     bool crowded = hpr_visibility_occluder_count(a->visibility) > FEW_OCCLUDERS && pairs > FEW_PAIRS;
-    links->tolerance = tolerance > 0 ? tolerance : links->occluded ? 1e-5 : 1e-12;
+    links->tolerance = tolerance > 0 ? tolerance
+                                     : fmax(links->occluded ? 1e-5 : 1e-12, part_of_links * links->link_tolerance);
     links->blocked_tolerance = !links->occluded ? 0
                                : tolerance > 0  ? tolerance
                                : crowded        ? 0
-                                                : level[k].tolerance;
+                               : level[k].tolerance > 0
+                                   ? fmax(level[k].tolerance, part_of_links * links->link_tolerance)
+                                   : 0;
 }
 
 /* Pairs with covered parts are clipped even where the others are sampled: what a small open part receives is
@@ -294,7 +346,7 @@ static hpr_status make_workers(assembly *a)
         if (status == HPR_OK)
             status = hpr_allocate_into(ctx, &w->blocker, occluders, sizeof(uint32_t), "blockers");
         if (status == HPR_OK)
-            status = hpr_allocate_into(ctx, &w->far_scratch, hpr_far_scratch(a->far), sizeof(double),
+            status = hpr_allocate_into(ctx, &w->far_scratch, hpr_far_scratch(), sizeof(double),
                                        "quadrature scratch");
         w->recv_patch = w->send_patch = HPR_NONE;
     }
@@ -317,31 +369,15 @@ static void close_workers(assembly *a)
     hpr_release(a->context, a->workers);
 }
 
-/* The degree of inner nodes: higher ones make fewer links, but larger blocks. */
-static int inner_degree(double link_tolerance)
+static hpr_status prepare(assembly *a)
 {
-    int degree = (int)ceil(-0.75 * log10(link_tolerance));
-    return degree < 1 ? 1 : degree > 8 ? 8 : degree;
-}
-
-static hpr_status prepare(assembly *a, const hpr_links_demand *demand)
-{
-    hpr_context *ctx = a->context;
-    hpr_links *links = a->links;
-    links->context = ctx;
-    links->link_tolerance = demand->link_tolerance > 0 ? demand->link_tolerance : 1e-12;
     for (size_t i = 0; i < a->patches->count; i++)
-        links->area_m2 += a->patches->area_m2[i];
-    hpr_status status =
-        hpr_tree_create(a->coverage, a->elements, inner_degree(links->link_tolerance), &links->tree);
-    if (status == HPR_OK)
-        status = hpr_visibility_create(a->patches, &a->visibility);
+        a->links->area_m2 += a->patches->area_m2[i];
+    hpr_status status = hpr_visibility_create(a->patches, &a->visibility);
     if (status == HPR_OK)
         status = hpr_views_create(a->visibility, NULL, &a->views);
     if (status == HPR_OK)
-        status = hpr_quadrature_create(ctx, &a->quadrature);
-    if (status == HPR_OK)
-        status = hpr_far_create(ctx, links->tree->highest_degree, &a->far);
+        status = hpr_quadrature_create(a->context, &a->quadrature);
     if (status == HPR_OK)
         status = make_workers(a);
     return status;
@@ -357,9 +393,10 @@ hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *
     hpr_status status = hpr_allocate_into(ctx, &a.links, 1, sizeof *a.links, "links");
     if (status != HPR_OK)
         return status;
-    status = prepare(&a, demand);
+    a.links->context = ctx;
+    status = prepare(&a);
     if (status == HPR_OK)
-        status = make_links(&a, demand->sends);
+        status = make_links(&a, demand);
     if (status == HPR_OK) {
         choose_tolerances(&a, demand->block_tolerance);
         integrate_all(&a);
@@ -371,6 +408,7 @@ hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *
     hpr_visibility_destroy(&a.visibility);
     hpr_quadrature_destroy(&a.quadrature);
     hpr_far_destroy(&a.far);
+    hpr_release(ctx, a.verdict);
     hpr_release(ctx, a.error2);
     if (status != HPR_OK)
         hpr_links_destroy(&a.links);

@@ -75,3 +75,25 @@ void hpr_links_gather(const hpr_links *links, size_t node, size_t channels, cons
         }
     }
 }
+
+void hpr_links_scatter(const hpr_links *links, size_t node, size_t channels, const double *radiosity,
+                       double *irradiance, bool *reached)
+{
+    const hpr_tree *tree = links->tree;
+    size_t own = hpr_tree_count(tree, node);
+    for (size_t r = links->row[node]; r < links->row[node + 1]; r++) {
+        const hpr_link *link = &links->link[links->row_link[r]];
+        bool receives = link->recv == node;
+        size_t other = receives ? link->send : link->recv, count = hpr_tree_count(tree, other);
+        const double *block = links->block + link->offset;
+        reached[tree->elements->patch[other]] = true;
+        for (size_t c = 0; c < channels; c++) {
+            const double *from = radiosity + c * tree->dof_count + tree->dof[node];
+            double *to = irradiance + c * tree->dof_count + tree->dof[other];
+            if (receives)
+                add_columns(block, own, count, from, to);
+            else
+                add_rows(block, count, own, from, to);
+        }
+    }
+}

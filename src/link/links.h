@@ -61,4 +61,11 @@ void hpr_links_destroy(hpr_links **links);
 void hpr_links_gather(const hpr_links *links, size_t node, size_t channel_count, const double *radiosity,
                       double *irradiance);
 
+/*
+ * What a node sends, added to all that it is linked with: irradiance_j += K_ji B. reached [patches]: set for
+ * the patches of these. Same layouts.
+ */
+void hpr_links_scatter(const hpr_links *links, size_t node, size_t channel_count, const double *radiosity,
+                       double *irradiance, bool *reached);
+
 #endif

@@ -42,7 +42,6 @@ typedef struct walker {
     size_t occluder_count;
     link_list list;
     uint64_t hidden;
-    bool occluded;
     hpr_status status;
 } walker;
 
@@ -184,13 +183,12 @@ static void walk_task(walker *w, task *t)
     t->thread = (uint32_t)omp_get_thread_num();
     t->first = w->list.count;
     for (uint32_t j = t->j; j < t->j_end && w->status == HPR_OK; j++) {
+        uint8_t verdict = r->verdict[t->i * w->tree->elements->patch_count + j];
         size_t blocker_count = 0;
-        if (!r->sends[t->i] && !r->sends[j])
-            continue;
-        hpr_verdict verdict = hpr_views_classify(r->views, w->cursor, t->i, j, w->blocker, &blocker_count);
         if (verdict == HPR_SEES_NOTHING)
             continue;
-        w->occluded |= verdict == HPR_SEES_PARTLY;
+        if (verdict == HPR_SEES_PARTLY)
+            hpr_views_classify(r->views, w->cursor, t->i, j, w->blocker, &blocker_count);
         walk(w, t->i, j, verdict == HPR_SEES_PARTLY, w->blocker, blocker_count, 0);
     }
     t->count = w->list.count - t->first;
@@ -283,10 +281,8 @@ hpr_status hpr_links_refine(const hpr_refinement *r)
 #pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
         for (size_t t = 0; t < count; t++)
             walk_task(&walkers[omp_get_thread_num()], &tasks[t]);
-        for (int t = 0; t < threads; t++) {
+        for (int t = 0; t < threads; t++)
             status = walkers[t].status != HPR_OK ? walkers[t].status : status;
-            r->links->occluded |= walkers[t].occluded;
-        }
         if (status == HPR_OK && hpr_cancelled(ctx))
             status = hpr_fail(ctx, HPR_ERR_INTERRUPTED, "interrupted while linking");
     }

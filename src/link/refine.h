@@ -12,8 +12,8 @@ typedef struct hpr_refinement {
     const hpr_coverage *coverage;
     const hpr_visibility *visibility;
     const hpr_views *views;
-    const bool *sends;
-    hpr_links *links; /* tree and link_tolerance are set; count, link, partly and occluded are filled */
+    const uint8_t *verdict; /* [patches][patches] hpr_verdict, upper triangle */
+    hpr_links *links;       /* tree, area_m2 and link_tolerance are set; count, link and partly are filled */
 } hpr_refinement;
 
 /*

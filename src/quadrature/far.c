@@ -192,9 +192,9 @@ static side place_points(const node_set *set, const hpr_element_frame *frame, co
     return s;
 }
 
-size_t hpr_far_scratch(const hpr_far *tables)
+size_t hpr_far_scratch(void)
 {
-    size_t n = axis_nodes(tables->max_degree);
+    size_t n = axis_nodes(HPR_MAX_DEGREE);
     return 9 * n * n + HPR_MAX_BASIS;
 }
 

@@ -43,8 +43,8 @@ typedef struct hpr_far_result {
     uint64_t kernel_count;
 } hpr_far_result;
 
-/* Doubles that hpr_far_block needs as scratch. */
-size_t hpr_far_scratch(const hpr_far *tables);
+/* Doubles that hpr_far_block needs as scratch, for any degree. */
+size_t hpr_far_scratch(void);
 
 /*
  * The block of hpr_block_ref for such a pair by product Gauss with degree + 2 nodes per axis, row-major

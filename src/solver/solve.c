@@ -3,7 +3,7 @@
 #include "link/links.h"
 #include "patch/frame.h"
 #include "solver/energy.h"
-#include "solver/gauss_seidel.h"
+#include "solver/linear.h"
 #include "solver/operator.h"
 #include "solver/outside.h"
 #include "solver/solution.h"
@@ -192,13 +192,14 @@ static hpr_status solve_system(hpr_solution *solution, const hpr_links *links, c
     size_t n = solution->channel_count, dofs = solution->summary.dof_count;
     size_t solved = channels_agree(solution) ? 1 : n;
     double *reflectance = NULL;
-    hpr_gauss_seidel problem = {.patches = patches,
-                                .links = links,
-                                .channel_count = solved,
-                                .coverage = coverage,
-                                .direct = direct,
-                                .tolerance = options->solver_tolerance,
-                                .max_sweeps = options->max_sweeps};
+    hpr_linear_problem problem = {.patches = patches,
+                                  .links = links,
+                                  .channel_count = solved,
+                                  .coverage = coverage,
+                                  .direct = direct,
+                                  .method = options->solver,
+                                  .tolerance = options->solver_tolerance,
+                                  .max_sweeps = options->max_sweeps};
     hpr_status status =
         hpr_allocate_into(ctx, &reflectance, patches->count * solved, sizeof(double), "the solver");
     if (status == HPR_OK)
@@ -207,11 +208,12 @@ static hpr_status solve_system(hpr_solution *solution, const hpr_links *links, c
         take_channels(reflectance, solved, patches->reflectance, n, patches->count);
         memcpy(problem.irradiance, direct, dofs * solved * sizeof *direct);
         problem.reflectance = reflectance;
-        status = hpr_gauss_seidel_solve(&problem);
+        status = hpr_linear_solve(&problem);
         for (size_t i = 0; i < n * dofs; i++)
             solution->irradiance[i] = problem.irradiance[(solved == 1 ? 0 : i % n) * dofs + i / n];
     }
     solution->summary.channels_solved = solved;
+    solution->summary.solver = (int)problem.used;
     solution->summary.sweeps = problem.sweeps;
     solution->summary.residual = problem.residual;
     hpr_release(ctx, reflectance);

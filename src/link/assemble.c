@@ -48,8 +48,8 @@ static void place_blocks(assembly *a)
     for (size_t l = 0; l < links->count; l++) {
         hpr_link *link = &links->link[l];
         link->offset = links->block_count;
-        links->block_count +=
-            hpr_tree_count(links->tree, link->recv) * hpr_tree_count(links->tree, link->send);
+        links->block_count += hpr_tree_count(links->tree, link->recv, link->recv_degree) *
+                              hpr_tree_count(links->tree, link->send, link->send_degree);
         links->row[link->recv + 1]++;
         links->row[link->send + 1]++;
     }
@@ -239,7 +239,7 @@ static bool find_blockers(const assembly *a, worker *w, const hpr_link *link, hp
  * operator's error that a link may have. */
 static bool is_far(const assembly *a, const hpr_block_task *task)
 {
-    static const double part = 0.3; /* of the share, for what the degrees leave out has its own */
+    static const double part = 0.03; /* of the share: quadrature errs with one sign */
     const hpr_links *links = a->links;
     const hpr_element_frame *r = &task->recv, *s = &task->send;
     if (task->recv_part_count || task->send_part_count)
@@ -253,14 +253,20 @@ static bool is_far(const assembly *a, const hpr_block_task *task)
     return error <= fmax(part * share, links->tolerance * view.norm);
 }
 
+/* Does a link leave out what the elements could show? */
+static bool leaves_out(const hpr_tree *tree, uint32_t node, int degree)
+{
+    return tree->elements->child[node] != HPR_NONE || degree < tree->degree[node];
+}
+
 static void integrate_far(const assembly *a, worker *w, const hpr_block_task *task, size_t l)
 {
     const hpr_link *link = &a->links->link[l];
-    const uint32_t *child = a->elements->child;
+    const hpr_tree *tree = a->links->tree;
     hpr_far_result result = hpr_far_block(a->far, &task->recv, &task->send, a->links->block + link->offset,
                                           w->far_scratch);
-    double recv = child[link->recv] == HPR_NONE ? 0 : result.recv_error;
-    double send = child[link->send] == HPR_NONE ? 0 : result.send_error;
+    double recv = leaves_out(tree, link->recv, link->recv_degree) ? result.recv_error : 0;
+    double send = leaves_out(tree, link->send, link->send_degree) ? result.send_error : 0;
     a->error2[l] = recv * recv + send * send;
     w->counts[HPR_COUNT_PAIRS_VISIBLE]++;
     w->counts[HPR_COUNT_BLOCKS]++;
@@ -287,15 +293,15 @@ static void integrate_near(const assembly *a, worker *w, hpr_block_task *task, s
 static void integrate_link(const assembly *a, worker *w, size_t l)
 {
     const hpr_link *link = &a->links->link[l];
-    hpr_block_task task = {.recv = hpr_tree_frame(a->links->tree, link->recv),
-                           .send = hpr_tree_frame(a->links->tree, link->send),
+    hpr_block_task task = {.recv = hpr_tree_frame(a->links->tree, link->recv, link->recv_degree),
+                           .send = hpr_tree_frame(a->links->tree, link->send, link->send_degree),
                            .tolerance = a->links->tolerance,
                            .negligible = a->links->tolerance,
                            .contact_m = a->patches->weld_m,
                            .visibility = a->visibility};
     task.recv_part = open_parts(a, link->recv, &task.recv_part_count);
     task.send_part = open_parts(a, link->send, &task.send_part_count);
-    if (a->links->partly[l] && !find_blockers(a, w, link, &task)) {
+    if (link->partly && !find_blockers(a, w, link, &task)) {
         w->counts[HPR_COUNT_PAIRS_HIDDEN]++; /* its block stays zero */
         return;
     }

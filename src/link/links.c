@@ -10,7 +10,6 @@ void hpr_links_destroy(hpr_links **out)
     hpr_context *ctx = links->context;
     hpr_tree_destroy(&links->tree);
     hpr_release(ctx, links->link);
-    hpr_release(ctx, links->partly);
     hpr_release(ctx, links->block);
     hpr_release(ctx, links->row);
     hpr_release(ctx, links->row_link);
@@ -53,47 +52,59 @@ static void add_columns(const double *block, size_t rows, size_t columns, const 
         add_scaled(to, from[r], block + r * columns, columns);
 }
 
+/* One end of a link. */
+typedef struct link_end {
+    size_t node, count;
+    int degree;
+} link_end;
+
+static link_end end_of(const hpr_tree *tree, size_t node, int degree)
+{
+    return (link_end){node, hpr_tree_count(tree, node, degree), degree};
+}
+
+/* to += block from, or blockT from if the receiver of the link is the one that sends here. */
+static void carry(const hpr_links *links, const hpr_link *link, bool forward, size_t channels,
+                  const double *radiosity, double *irradiance)
+{
+    const hpr_tree *tree = links->tree;
+    const double *block = links->block + link->offset;
+    link_end recv = end_of(tree, link->recv, link->recv_degree), send = end_of(tree, link->send, link->send_degree);
+    link_end from = forward ? send : recv, to = forward ? recv : send;
+    for (size_t c = 0; c < channels; c++) {
+        double room[HPR_MAX_BASIS], sum[HPR_MAX_BASIS];
+        const double *sent =
+            hpr_tree_take(tree, from.node, from.degree, radiosity + c * tree->dof_count, room);
+        memset(sum, 0, to.count * sizeof *sum);
+        if (forward)
+            add_rows(block, recv.count, send.count, sent, sum);
+        else
+            add_columns(block, recv.count, send.count, sent, sum);
+        hpr_tree_add(tree, to.node, to.degree, sum, irradiance + c * tree->dof_count);
+    }
+}
+
 void hpr_links_gather(const hpr_links *links, size_t node, size_t channels, const double *radiosity,
                       double *irradiance)
 {
     const hpr_tree *tree = links->tree;
-    size_t own = hpr_tree_count(tree, node), at = tree->dof[node];
+    size_t own = hpr_tree_count(tree, node, tree->degree[node]);
     for (size_t c = 0; c < channels; c++)
-        memset(irradiance + c * tree->dof_count + at, 0, own * sizeof *irradiance);
+        memset(irradiance + c * tree->dof_count + tree->dof[node], 0, own * sizeof *irradiance);
     for (size_t r = links->row[node]; r < links->row[node + 1]; r++) {
         const hpr_link *link = &links->link[links->row_link[r]];
-        bool receives = link->recv == node;
-        size_t other = receives ? link->send : link->recv, count = hpr_tree_count(tree, other);
-        const double *block = links->block + link->offset;
-        for (size_t c = 0; c < channels; c++) {
-            const double *from = radiosity + c * tree->dof_count + tree->dof[other];
-            double *to = irradiance + c * tree->dof_count + at;
-            if (receives)
-                add_rows(block, own, count, from, to);
-            else
-                add_columns(block, count, own, from, to);
-        }
+        carry(links, link, link->recv == node, channels, radiosity, irradiance);
     }
 }
 
 void hpr_links_scatter(const hpr_links *links, size_t node, size_t channels, const double *radiosity,
                        double *irradiance, bool *reached)
 {
-    const hpr_tree *tree = links->tree;
-    size_t own = hpr_tree_count(tree, node);
+    const uint32_t *patch = links->tree->elements->patch;
     for (size_t r = links->row[node]; r < links->row[node + 1]; r++) {
         const hpr_link *link = &links->link[links->row_link[r]];
-        bool receives = link->recv == node;
-        size_t other = receives ? link->send : link->recv, count = hpr_tree_count(tree, other);
-        const double *block = links->block + link->offset;
-        reached[tree->elements->patch[other]] = true;
-        for (size_t c = 0; c < channels; c++) {
-            const double *from = radiosity + c * tree->dof_count + tree->dof[node];
-            double *to = irradiance + c * tree->dof_count + tree->dof[other];
-            if (receives)
-                add_columns(block, own, count, from, to);
-            else
-                add_rows(block, count, own, from, to);
-        }
+        bool forward = link->send == node;
+        reached[patch[forward ? link->recv : link->send]] = true;
+        carry(links, link, forward, channels, radiosity, irradiance);
     }
 }

@@ -11,6 +11,8 @@
 typedef struct hpr_link {
     uint32_t recv, send; /* nodes; the receiver's patch is before the sender's */
     size_t offset;       /* its block in hpr_links.block, row-major [n_recv x n_send] */
+    uint8_t recv_degree, send_degree; /* of the block: no more than the nodes' */
+    bool partly;                      /* something may come between */
 } hpr_link;
 
 typedef struct hpr_links {
@@ -18,7 +20,6 @@ typedef struct hpr_links {
     hpr_tree *tree;
     size_t count, partly_count;
     hpr_link *link;
-    uint8_t *partly; /* [count] 1: something may come between */
     double *block;
     size_t block_count;       /* doubles in block */
     size_t *row;              /* [node_count + 1] into row_link */

@@ -23,9 +23,8 @@ enum { MAX_DEPTH = 64 };
 
 /* Links found by one thread. */
 typedef struct link_list {
-    size_t count, link_capacity, partly_capacity;
+    size_t count, capacity;
     hpr_link *link;
-    uint8_t *partly;
 } link_list;
 
 /* A share of the work: patch i with [j, j_end). Its links are consecutive in the list of one thread. */
@@ -47,7 +46,7 @@ typedef struct walker {
 
 hpr_facet hpr_node_facet(const hpr_coverage *coverage, const hpr_tree *tree, size_t node)
 {
-    hpr_element_frame frame = hpr_tree_frame(tree, node);
+    hpr_element_frame frame = hpr_tree_frame(tree, node, 0);
     hpr_facet facet;
     int part_count = 0;
     uint32_t leaf = tree->elements->leaf_of_node[node];
@@ -67,70 +66,95 @@ hpr_facet hpr_node_facet(const hpr_coverage *coverage, const hpr_tree *tree, siz
     return facet;
 }
 
-/* Two nodes that may be joined, and what stands in the way. */
+/* One node of two that may be joined. */
+typedef struct joint {
+    uint32_t node;
+    bool inner, straddles;
+    double area_m2, rho;
+    int degree; /* that the block should have there */
+    bool fits;  /* the degree leaves out no more than it may */
+} joint;
+
 typedef struct candidate {
-    uint32_t recv, send;
-    bool recv_inner, send_inner;
-    double recv_m2, send_m2;
-    hpr_far_view view;
-    double recv_error, send_error; /* left out of the kernel by inner nodes */
+    joint recv, send;
+    double norm; /* of G */
+    bool hidden;
 } candidate;
 
 static candidate look_at(const walker *w, uint32_t recv, uint32_t send)
 {
     const hpr_elements *e = w->tree->elements;
-    hpr_element_frame r = hpr_tree_frame(w->tree, recv), s = hpr_tree_frame(w->tree, send);
-    candidate c = {.recv = recv, .send = send, .recv_m2 = r.area_m2, .send_m2 = s.area_m2};
-    c.recv_inner = e->child[recv] != HPR_NONE;
-    c.send_inner = e->child[send] != HPR_NONE;
-    c.view = hpr_far_foretell(&r, &s);
-    c.recv_error = c.recv_inner ? hpr_far_left_out(c.view.norm, c.view.recv_rho, r.degree) : 0;
-    c.send_error = c.send_inner ? hpr_far_left_out(c.view.norm, c.view.send_rho, s.degree) : 0;
-    return c;
+    hpr_element_frame r = hpr_tree_frame(w->tree, recv, 0), s = hpr_tree_frame(w->tree, send, 0);
+    hpr_far_view view = hpr_far_foretell(&r, &s);
+    return (candidate){
+        .recv = {recv, e->child[recv] != HPR_NONE, view.recv_straddles, r.area_m2, view.recv_rho, 0, false},
+        .send = {send, e->child[send] != HPR_NONE, view.send_straddles, s.area_m2, view.send_rho, 0, false},
+        .norm = view.norm,
+        .hidden = view.hidden};
 }
 
-/* May the pair stay as it is? */
-static bool stands(const walker *w, const candidate *c, bool partly)
+/* The lowest degree that leaves out no more than allowed; a leaf's own at most, for what that leaves out does
+ * not count. */
+static void choose_degree(const hpr_tree *tree, double norm, double allowed, joint *j)
 {
-    static const double jump = 0.3; /* of ‖G‖, that polynomials leave out where it jumps */
+    int worth = tree->worth[j->node];
+    if (j->straddles || !isfinite(norm)) {
+        j->degree = worth;
+        j->fits = !j->inner;
+        return;
+    }
+    j->degree = 0;
+    while (j->degree < worth && hpr_far_left_out(norm, j->rho, j->degree) > allowed)
+        j->degree++;
+    j->fits = !j->inner || hpr_far_left_out(norm, j->rho, j->degree) <= allowed;
+}
+
+/* May the pair stay as it is? Chooses the degrees. */
+static bool stands(const walker *w, candidate *c, bool partly)
+{
+    static const double jump = 0.3, root_half = 0.7; /* jump: of ‖G‖, that polynomials leave out of a jump */
     const hpr_links *links = w->r->links;
-    double share = sqrt(c->recv_m2 * c->send_m2) / links->area_m2, tolerance = links->link_tolerance;
-    if (!c->recv_inner && !c->send_inner)
+    double share = sqrt(c->recv.area_m2 * c->send.area_m2) / links->area_m2;
+    bool leaves = !c->recv.inner && !c->send.inner, known = isfinite(c->norm);
+    double allowed = partly ? links->link_tolerance * sqrt(sqrt(share))
+                            : links->link_tolerance * (share + (known ? c->norm : 0)) / 2;
+    choose_degree(w->tree, c->norm, root_half * allowed, &c->recv);
+    choose_degree(w->tree, c->norm, root_half * allowed, &c->send);
+    if (partly && leaves) {
+        c->recv.degree = w->tree->worth[c->recv.node];
+        c->send.degree = w->tree->worth[c->send.node];
+    }
+    if (leaves)
         return true;
-    if ((c->recv_inner && c->view.recv_straddles) || (c->send_inner && c->view.send_straddles))
+    if (!known || (partly && jump * c->norm > allowed))
         return false;
-    if (!isfinite(c->view.norm))
-        return false;
-    double error = hypot(c->recv_error, c->send_error);
-    if (partly)
-        return fmax(error, jump * c->view.norm) <= tolerance * sqrt(sqrt(share));
-    return error <= tolerance * (share + c->view.norm) / 2;
+    return c->recv.fits && c->send.fits;
 }
 
 /* Is the receiver the one to refine? */
 static bool refines_recv(const candidate *c, bool partly)
 {
-    if (!c->recv_inner || !c->send_inner)
-        return c->recv_inner;
-    if (c->view.recv_straddles != c->view.send_straddles)
-        return c->view.recv_straddles;
-    if (partly || !isfinite(c->view.norm) || c->view.recv_straddles)
-        return c->recv_m2 >= c->send_m2;
-    return c->recv_error >= c->send_error;
+    if (!c->recv.inner || !c->send.inner)
+        return c->recv.inner;
+    if (c->recv.straddles != c->send.straddles)
+        return c->recv.straddles;
+    if (partly || !isfinite(c->norm) || c->recv.fits == c->send.fits)
+        return c->recv.area_m2 >= c->send.area_m2;
+    return !c->recv.fits;
 }
 
-static void emit(walker *w, uint32_t recv, uint32_t send, bool partly)
+static void emit(walker *w, const candidate *c, bool partly)
 {
     link_list *list = &w->list;
-    hpr_context *ctx = w->tree->context;
-    if (list->count == list->link_capacity && w->status == HPR_OK)
-        w->status = hpr_grow(ctx, &list->link, &list->link_capacity, 2 * list->count + 64, sizeof *list->link);
-    if (list->count == list->partly_capacity && w->status == HPR_OK)
-        w->status = hpr_grow(ctx, &list->partly, &list->partly_capacity, 2 * list->count + 64, 1);
-    if (w->status != HPR_OK)
-        return;
-    list->link[list->count] = (hpr_link){recv, send, 0};
-    list->partly[list->count++] = partly;
+    if (list->count == list->capacity && w->status == HPR_OK)
+        w->status = hpr_grow(w->tree->context, &list->link, &list->capacity, 2 * list->count + 64,
+                             sizeof *list->link);
+    if (w->status == HPR_OK)
+        list->link[list->count++] = (hpr_link){.recv = c->recv.node,
+                                               .send = c->send.node,
+                                               .recv_degree = (uint8_t)c->recv.degree,
+                                               .send_degree = (uint8_t)c->send.degree,
+                                               .partly = partly};
 }
 
 /* blocker [blocker_count]: what may come between, if `partly` */
@@ -146,8 +170,8 @@ static void walk(walker *w, uint32_t recv, uint32_t send, bool partly, const uin
         return;
     }
     candidate c = look_at(w, recv, send);
-    bool mixed[2] = {c.recv_inner && tree->kind[recv] == HPR_NODE_MIXED,
-                     c.send_inner && tree->kind[send] == HPR_NODE_MIXED};
+    bool mixed[2] = {c.recv.inner && tree->kind[recv] == HPR_NODE_MIXED,
+                     c.send.inner && tree->kind[send] == HPR_NODE_MIXED};
     uint32_t *own = w->blocker + (size_t)(depth + 1) * w->occluder_count;
     size_t own_count = 0;
     if (partly && depth > 0) {
@@ -162,12 +186,12 @@ static void walk(walker *w, uint32_t recv, uint32_t send, bool partly, const uin
         blocker = own;
         blocker_count = own_count;
     }
-    if (!partly && c.view.hidden) {
+    if (!partly && c.hidden) {
         w->hidden++;
         return;
     }
     if (!mixed[0] && !mixed[1] && stands(w, &c, partly)) {
-        emit(w, recv, send, partly);
+        emit(w, &c, partly);
         return;
     }
     bool first = mixed[0] != mixed[1] ? mixed[0] : refines_recv(&c, partly);
@@ -237,7 +261,6 @@ static void close_walkers(const hpr_refinement *r, walker *walkers, int threads)
         hpr_views_cursor_destroy(&walkers[t].cursor);
         hpr_release(ctx, walkers[t].blocker);
         hpr_release(ctx, walkers[t].list.link);
-        hpr_release(ctx, walkers[t].list.partly);
     }
     hpr_release(ctx, walkers);
 }
@@ -250,18 +273,15 @@ static hpr_status join_lists(const hpr_refinement *r, const walker *walkers, con
     for (size_t t = 0; t < count; t++)
         total += tasks[t].count;
     hpr_status status = hpr_allocate_into(links->context, &links->link, total, sizeof *links->link, "links");
-    if (status == HPR_OK)
-        status = hpr_allocate_into(links->context, &links->partly, total, 1, "links");
     for (size_t t = 0; status == HPR_OK && t < count; t++) {
         const link_list *list = &walkers[tasks[t].thread].list;
         if (tasks[t].count == 0)
             continue;
         memcpy(links->link + links->count, list->link + tasks[t].first, tasks[t].count * sizeof *links->link);
-        memcpy(links->partly + links->count, list->partly + tasks[t].first, tasks[t].count);
         links->count += tasks[t].count;
     }
     for (size_t l = 0; l < links->count; l++)
-        links->partly_count += links->partly[l];
+        links->partly_count += links->link[l].partly;
     return status;
 }
 

@@ -2,17 +2,58 @@
 
 #include <string.h>
 
-size_t hpr_tree_count(const hpr_tree *tree, size_t node)
+static hpr_shape node_shape(const hpr_tree *tree, size_t node)
 {
-    hpr_shape shape = (hpr_shape)tree->patches->shape[tree->elements->patch[node]];
-    return hpr_basis_count(shape, tree->degree[node]);
+    return (hpr_shape)tree->patches->shape[tree->elements->patch[node]];
 }
 
-hpr_element_frame hpr_tree_frame(const hpr_tree *tree, size_t node)
+size_t hpr_tree_count(const hpr_tree *tree, size_t node, int degree)
+{
+    return hpr_basis_count(node_shape(tree, node), degree);
+}
+
+static size_t own_count(const hpr_tree *tree, size_t node)
+{
+    return hpr_tree_count(tree, node, tree->degree[node]);
+}
+
+hpr_element_frame hpr_tree_frame(const hpr_tree *tree, size_t node, int degree)
 {
     hpr_element_frame frame = hpr_node_frame(tree->patches, tree->elements, node);
-    frame.degree = tree->degree[node];
+    frame.degree = degree;
     return frame;
+}
+
+/* The functions of a triangle are in the order of their degree, those of a parallelogram in rows. */
+static bool same_order(const hpr_tree *tree, size_t node, int degree)
+{
+    return degree == tree->degree[node] || node_shape(tree, node) == HPR_SHAPE_TRIANGLE;
+}
+
+const double *hpr_tree_take(const hpr_tree *tree, size_t node, int degree, const double *value, double *room)
+{
+    const double *own = value + tree->dof[node];
+    if (same_order(tree, node, degree))
+        return own;
+    size_t count = (size_t)degree + 1, stride = (size_t)tree->degree[node] + 1;
+    for (size_t a = 0; a < count; a++)
+        memcpy(room + a * count, own + a * stride, count * sizeof *room);
+    return room;
+}
+
+void hpr_tree_add(const hpr_tree *tree, size_t node, int degree, const double *part, double *value)
+{
+    double *own = value + tree->dof[node];
+    size_t count = (size_t)degree + 1, stride = (size_t)tree->degree[node] + 1;
+    if (same_order(tree, node, degree)) {
+        for (size_t k = 0; k < hpr_tree_count(tree, node, degree); k++)
+            own[k] += part[k];
+        return;
+    }
+    for (size_t a = 0; a < count; a++) {
+        for (size_t b = 0; b < count; b++)
+            own[a * stride + b] += part[a * count + b];
+    }
 }
 
 static hpr_node_kind leaf_kind(const hpr_coverage *coverage, size_t leaf)
@@ -22,23 +63,38 @@ static hpr_node_kind leaf_kind(const hpr_coverage *coverage, size_t leaf)
     return !trimmed ? HPR_NODE_OPEN : parts ? HPR_NODE_MIXED : HPR_NODE_COVERED;
 }
 
-/* Lists the nodes below `node`, each before its children, and finds their kinds. */
-static void list_below(hpr_tree *tree, const hpr_coverage *coverage, uint32_t node, uint32_t *next)
+/* The highest degree up to a limit with at most so many functions. */
+static uint8_t worthwhile(hpr_shape shape, int limit, size_t functions)
+{
+    int degree = 0;
+    while (degree < limit && hpr_basis_count(shape, degree + 1) <= functions)
+        degree++;
+    return (uint8_t)degree;
+}
+
+/* Lists the nodes below `node`, each before its children, and finds their kinds. Returns the number of
+ * coefficients of their leaves. */
+static size_t list_below(hpr_tree *tree, const hpr_coverage *coverage, uint32_t node, uint32_t *next)
 {
     const hpr_elements *e = tree->elements;
     tree->node[(*next)++] = node;
     if (e->child[node] == HPR_NONE) {
-        tree->kind[node] = (uint8_t)leaf_kind(coverage, e->leaf_of_node[node]);
-        return;
+        uint32_t leaf = e->leaf_of_node[node];
+        tree->kind[node] = (uint8_t)leaf_kind(coverage, leaf);
+        tree->degree[node] = tree->worth[node] = e->degree[node];
+        return e->dof[leaf + 1] - e->dof[leaf];
     }
     uint32_t child = e->child[node];
-    list_below(tree, coverage, child, next);
-    list_below(tree, coverage, child + 1, next);
+    size_t functions = list_below(tree, coverage, child, next);
+    functions += list_below(tree, coverage, child + 1, next);
     bool alike = tree->kind[child] == tree->kind[child + 1];
     tree->kind[node] = alike ? tree->kind[child] : HPR_NODE_MIXED;
+    tree->degree[node] = (uint8_t)tree->highest_degree;
+    tree->worth[node] = worthwhile(node_shape(tree, node), tree->highest_degree, 4 * functions);
+    return functions;
 }
 
-static void fill(hpr_tree *tree, const hpr_coverage *coverage, int inner_degree)
+static void fill(hpr_tree *tree, const hpr_coverage *coverage)
 {
     const hpr_elements *e = tree->elements;
     uint32_t next = 0;
@@ -49,9 +105,8 @@ static void fill(hpr_tree *tree, const hpr_coverage *coverage, int inner_degree)
     tree->first[e->patch_count] = next;
     for (size_t i = 0; i < e->node_count; i++) {
         uint32_t node = tree->node[i];
-        tree->degree[node] = e->child[node] == HPR_NONE ? e->degree[node] : (uint8_t)inner_degree;
         tree->dof[node] = tree->dof_count;
-        tree->dof_count += hpr_tree_count(tree, node);
+        tree->dof_count += own_count(tree, node);
     }
 }
 
@@ -83,6 +138,8 @@ hpr_status hpr_tree_create(const hpr_coverage *coverage, const hpr_elements *ele
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &tree->degree, nodes, sizeof *tree->degree, "the trees of elements");
     if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &tree->worth, nodes, sizeof *tree->worth, "the trees of elements");
+    if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &tree->kind, nodes, sizeof *tree->kind, "the trees of elements");
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &tree->node, nodes, sizeof *tree->node, "the trees of elements");
@@ -92,7 +149,7 @@ hpr_status hpr_tree_create(const hpr_coverage *coverage, const hpr_elements *ele
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &tree->dof, nodes, sizeof *tree->dof, "the trees of elements");
     if (status == HPR_OK)
-        fill(tree, coverage, inner_degree);
+        fill(tree, coverage);
     else
         hpr_tree_destroy(&tree);
     *out = tree;
@@ -107,6 +164,7 @@ void hpr_tree_destroy(hpr_tree **out)
     hpr_context *ctx = tree->context;
     hpr_two_scale_destroy(&tree->two_scale);
     hpr_release(ctx, tree->degree);
+    hpr_release(ctx, tree->worth);
     hpr_release(ctx, tree->kind);
     hpr_release(ctx, tree->node);
     hpr_release(ctx, tree->first);
@@ -119,7 +177,7 @@ void hpr_tree_destroy(hpr_tree **out)
 static hpr_half half_of(const hpr_tree *tree, uint32_t node, int which)
 {
     const hpr_elements *e = tree->elements;
-    return (hpr_half){.shape = (hpr_shape)tree->patches->shape[e->patch[node]],
+    return (hpr_half){.shape = node_shape(tree, node),
                       .axis = e->axis[node],
                       .which = which,
                       .whole_degree = tree->degree[node],
@@ -143,7 +201,7 @@ void hpr_tree_pull(const hpr_tree *tree, size_t patch, const double *leaf, doubl
             copy_leaf(tree, node, leaf, value, false);
             continue;
         }
-        memset(value + tree->dof[node], 0, hpr_tree_count(tree, node) * sizeof *value);
+        memset(value + tree->dof[node], 0, own_count(tree, node) * sizeof *value);
         for (int which = 0; which < 2; which++) {
             hpr_half half = half_of(tree, node, which);
             hpr_two_scale_pull(tree->two_scale, &half, value + tree->dof[e->child[node] + (uint32_t)which],

@@ -23,6 +23,8 @@ typedef struct hpr_tree {
     const hpr_elements *elements; /* borrowed */
     hpr_two_scale *two_scale;
     uint8_t *degree; /* [node_count] of leaves the element's */
+    uint8_t *worth;  /* [node_count] highest degree that a link may have there: with no more functions than
+                        the leaves below have */
     uint8_t *kind;   /* [node_count] hpr_node_kind */
     uint32_t *node;  /* [node_count] the nodes of patch after patch, each before its children */
     uint32_t *first; /* [patch_count + 1] into node */
@@ -37,11 +39,20 @@ hpr_status hpr_tree_create(const hpr_coverage *coverage, const hpr_elements *ele
                            hpr_tree **tree);
 void hpr_tree_destroy(hpr_tree **tree);
 
-/* Number of coefficients of a node. */
-size_t hpr_tree_count(const hpr_tree *tree, size_t node);
+/* Number of functions of some degree on a node. */
+size_t hpr_tree_count(const hpr_tree *tree, size_t node, int degree);
 
-/* The frame of a node, with the tree's degree. */
-hpr_element_frame hpr_tree_frame(const hpr_tree *tree, size_t node);
+/* The frame of a node, with some degree. */
+hpr_element_frame hpr_tree_frame(const hpr_tree *tree, size_t node, int degree);
+
+/*
+ * The coefficients of a node up to some degree, in the order of that degree's basis: a pointer into
+ * node [dof_count], or `room` [HPR_MAX_BASIS] filled if the order differs.
+ */
+const double *hpr_tree_take(const hpr_tree *tree, size_t node, int degree, const double *value, double *room);
+
+/* The other way round: value += part. */
+void hpr_tree_add(const hpr_tree *tree, size_t node, int degree, const double *part, double *value);
 
 /* node [dof_count]: of a patch's leaves taken from leaf [leaf dofs], of the others pulled up. Thread-safe for
  * distinct patches. */

@@ -15,7 +15,8 @@ static void count_work(hpr_operator *op)
     const uint32_t *patch = links->tree->elements->patch;
     for (size_t l = 0; l < links->count; l++) {
         const hpr_link *link = &links->link[l];
-        size_t size = hpr_tree_count(links->tree, link->recv) * hpr_tree_count(links->tree, link->send);
+        size_t size = hpr_tree_count(links->tree, link->recv, link->recv_degree) *
+                      hpr_tree_count(links->tree, link->send, link->send_degree);
         op->work[patch[link->recv]] += size;
         op->work[patch[link->send]] += size;
     }

@@ -16,7 +16,8 @@ enum {
     HPR_MAX_FEET = 6,
     HPR_DEFAULT_ORDER = 4,
     HPR_DEFAULT_SUBDIVIDE = 2,
-    HPR_DEFAULT_FEET = 1
+    HPR_DEFAULT_FEET = 1,
+    HPR_CHOOSE = -1 /**< order, subdivide or feet: by the number of patches, see hpr_solve_options_init */
 };
 
 /** What becomes of direct light. */
@@ -28,15 +29,21 @@ typedef enum hpr_direct_mode {
 
 /** How a scene is solved. */
 typedef struct hpr_solve_options {
-    int order;     /**< polynomial degree p of every element, 0 .. HPR_MAX_ORDER */
-    int subdivide; /**< N: 4^N elements per patch, 0 .. HPR_MAX_SUBDIVIDE */
-    int feet;      /**< so often are elements quartered that the foot of an object cuts, 0 .. HPR_MAX_FEET */
+    int order;     /**< polynomial degree p of every element, 0 .. HPR_MAX_ORDER, or HPR_CHOOSE */
+    int subdivide; /**< N: 4^N elements per patch, 0 .. HPR_MAX_SUBDIVIDE, or HPR_CHOOSE */
+    int feet;      /**< so often are elements quartered that the foot of an object cuts, 0 .. HPR_MAX_FEET, or
+                        HPR_CHOOSE */
     double block_tolerance;  /**< relative, per block; 0: chosen, see hpr_solve_summary */
     double solver_tolerance; /**< relative residual of the linear system */
     int max_sweeps;          /**< iteration limit */
     hpr_direct_mode direct;  /**< what becomes of direct light */
 } hpr_solve_options;
 
+/**
+ * Order, subdivide and feet are HPR_CHOOSE: HPR_DEFAULT_ORDER, HPR_DEFAULT_SUBDIVIDE and HPR_DEFAULT_FEET where
+ * the scene then has at most 10,000 coefficients, else coarser, down to one constant per patch, with a warning
+ * that says which. What was chosen is in hpr_solve_summary.
+ */
 HPR_API void hpr_solve_options_init(hpr_solve_options *options);
 
 /** What becomes of light from outside. */
@@ -61,7 +68,7 @@ typedef struct hpr_energy {
 
 /** Figures of one solve. */
 typedef struct hpr_solve_summary {
-    hpr_solve_options options;
+    hpr_solve_options options; /**< as they were given, or chosen */
     size_t patch_count, element_count, dof_count, link_count, block_bytes;
     int direct;      /**< hpr_direct_mode in force: numerous emitters go through the basis */
     int environment; /**< hpr_environment_mode in force: with many patches through the basis */

@@ -40,9 +40,9 @@ typedef struct hpr_solve_options {
 } hpr_solve_options;
 
 /**
- * Order, subdivide and feet are HPR_CHOOSE: HPR_DEFAULT_ORDER, HPR_DEFAULT_SUBDIVIDE and HPR_DEFAULT_FEET where
- * the scene then has at most 10,000 coefficients, else coarser, down to one constant per patch, with a warning
- * that says which. What was chosen is in hpr_solve_summary.
+ * Order, subdivide and feet are HPR_CHOOSE: HPR_DEFAULT_ORDER, HPR_DEFAULT_SUBDIVIDE and HPR_DEFAULT_FEET
+ * where the scene then has at most 10,000 coefficients, else coarser, down to one constant per patch, with a
+ * warning that says which. What was chosen is in hpr_solve_summary.
  */
 HPR_API void hpr_solve_options_init(hpr_solve_options *options);
 
@@ -80,7 +80,10 @@ typedef struct hpr_solve_summary {
     double
         block_tolerance; /**< of blocks that nothing obstructs: 1e-12 in an unobstructed scene, else 1e-5 */
     double blocked_tolerance; /**< of the others, relative to themselves or to the sender's share of the area:
-                                 by their number, 1e-6 to 0.03; 0 if they are sampled */
+                                 by what they cost, 1e-6 to 0.03; 0 if they are sampled */
+    double visibility_error;  /**< estimated statistical error of the irradiance, relative, RMS over the area,
+                                 from  blocks that are sampled: of one reflection, were all surfaces equally
+                                 bright */
     size_t short_count;       /**< blocks that stopped short of theirs */
     int sweeps;
     double residual; /**< relative, of the last sweep */

@@ -1,6 +1,6 @@
 /* From patches and elements to links: who sees whom, how much memory that takes, and all the blocks. */
+#include "link/blocked.h"
 #include "link/links.h"
-#include "quadrature/block.h"
 #include "visibility/views.h"
 
 #include <math.h>
@@ -28,10 +28,11 @@ typedef struct assembly {
     hpr_views *views;
     hpr_quadrature *quadrature;
     hpr_links *links;
-    worker *workers;    /* [threads] */
-    uint8_t *verdict;   /* [patches][patches] hpr_verdict, upper triangle */
-    double area_m2;     /* of all patches */
+    worker *workers;  /* [threads] */
+    uint8_t *verdict; /* [patches][patches] hpr_verdict, upper triangle */
+    hpr_blocked blocked;
     size_t *task_first; /* [link_count + 1] first task of each link; a task is one receiver leaf */
+    double *error2;     /* [tasks] what rays add to the square of the error */
 } assembly;
 
 /* The element, or its only open part. */
@@ -166,60 +167,50 @@ static hpr_status make_links(assembly *a)
     if (status == HPR_OK)
         status =
             hpr_allocate_into(a->context, &links->block, links->block_count, sizeof(double), "kernel blocks");
+    if (status == HPR_OK)
+        status =
+            hpr_allocate_into(a->context, &a->error2, a->task_first[links->count], sizeof(double), "links");
     return status;
 }
 
-/*
- * What the partly visible pairs cost, about 0.1 to 10 ms each, decides how exactly they are clipped. A
- * block's error of t sqrt(A_r A_s) / A is one of t A_s / A in the form factor: of one sign in all senders, a
- * relative error of t in the irradiance; in truth they have either sign.
- */
-static void choose_tolerances(assembly *a, double tolerance)
+/* What clipping would take: all pairs of elements, and the blockers of some pairs of patches. */
+static hpr_blocked_load estimate_load(assembly *a, double tolerance)
 {
-    static const struct {
-        size_t pairs;
-        double tolerance;
-    } level[] = {{200, 1e-6}, {8000, 1e-3}, {60000, 3e-2}, {SIZE_MAX, 0}};
+    enum { LOOKED_AT = 1000 };
+    worker *w = &a->workers[0];
     hpr_links *links = a->links;
-    size_t pairs = 0, n = a->patches->count, k = 0;
+    hpr_blocked_load load = {.asked = tolerance};
+    size_t n = a->patches->count, stride = 1 + links->count / LOOKED_AT, looked_at = 0;
+    double blockers = 0;
     for (size_t l = 0; l < links->count; l++) {
         const hpr_link *link = &links->link[l];
-        if (a->verdict[link->recv * n + link->send] == HPR_SEES_PARTLY)
-            pairs += patch_leaves(a, link->recv) * patch_leaves(a, link->send);
+        if (a->verdict[link->recv * n + link->send] != HPR_SEES_PARTLY)
+            continue;
+        load.pair_count += patch_leaves(a, link->recv) * patch_leaves(a, link->send);
+        if (l % stride)
+            continue;
+        hpr_views_classify(a->views, w->cursor, link->recv, link->send, w->candidate, &w->candidate_count);
+        blockers += (double)w->candidate_count;
+        looked_at++;
     }
-    while (pairs > level[k].pairs)
-        k++;
-    /* Where many things stand about, a pair has tens of blockers, and rays are cheaper. */
-    enum { FEW_OCCLUDERS = 64, FEW_PAIRS = 500 };
-    bool crowded = hpr_visibility_occluder_count(a->visibility) > FEW_OCCLUDERS && pairs > FEW_PAIRS;
-    links->tolerance = tolerance > 0 ? tolerance : links->occluded ? 1e-5 : 1e-12;
-    links->blocked_tolerance = !links->occluded ? 0
-                               : tolerance > 0  ? tolerance
-                               : crowded        ? 0
-                                                : level[k].tolerance;
+    load.blocker_count = looked_at ? blockers / (double)looked_at : 0;
     for (size_t i = 0; i < n; i++)
-        a->area_m2 += a->patches->area_m2[i];
+        load.area_m2 += a->patches->area_m2[i];
+    return load;
 }
 
-/* Pairs with covered parts are clipped even where the others are sampled: what a small open part receives is
- * divided by its area. */
-static void clip_if_due(const assembly *a, size_t leaf_i, size_t leaf_j, hpr_block_task *task)
+static void choose_tolerances(assembly *a, double tolerance)
 {
-    static const double with_parts = 0.03;
-    double tolerance = a->links->blocked_tolerance;
-    bool parts = task->recv_part_count || task->send_part_count;
-    if (tolerance == 0 && parts)
-        tolerance = with_parts;
-    if ((!task->blocker_count && !parts) || tolerance == 0)
-        return;
-    double recv_m2 = task->recv.area_m2 * hpr_coverage_open_share(a->coverage, leaf_i);
-    double send_m2 = task->send.area_m2 * hpr_coverage_open_share(a->coverage, leaf_j);
-    task->clip = true;
-    task->tolerance = tolerance;
-    task->negligible = tolerance * sqrt(recv_m2 * send_m2) / a->area_m2;
+    hpr_links *links = a->links;
+    hpr_blocked_load load = estimate_load(a, tolerance);
+    a->blocked = hpr_blocked_plan(&load);
+    links->tolerance = tolerance > 0 ? tolerance : links->occluded ? 1e-5 : 1e-12;
+    links->blocked_tolerance = links->occluded ? a->blocked.tolerance : 0;
 }
 
-static void integrate_pair(const assembly *a, worker *w, size_t l, size_t leaf_i, size_t leaf_j)
+/* Adds to *error2 what rays add to the error. */
+static void integrate_pair(const assembly *a, worker *w, size_t l, size_t leaf_i, size_t leaf_j,
+                           double *error2)
 {
     const hpr_link *link = &a->links->link[l];
     hpr_block_task task = {.recv = hpr_leaf_frame(a->patches, a->elements, leaf_i),
@@ -227,7 +218,8 @@ static void integrate_pair(const assembly *a, worker *w, size_t l, size_t leaf_i
                            .tolerance = a->links->tolerance,
                            .negligible = a->links->tolerance,
                            .contact_m = a->patches->weld_m,
-                           .visibility = a->visibility};
+                           .visibility = a->visibility,
+                           .seed = (uint64_t)leaf_i << 32 | leaf_j};
     task.recv_part = hpr_coverage_parts(a->coverage, leaf_i, &task.recv_part_count);
     task.send_part = hpr_coverage_parts(a->coverage, leaf_j, &task.send_part_count);
     if ((task.recv_part && !task.recv_part_count) || (task.send_part && !task.send_part_count)) {
@@ -245,7 +237,8 @@ static void integrate_pair(const assembly *a, worker *w, size_t l, size_t leaf_i
         }
         task.blockers = w->blocker;
     }
-    clip_if_due(a, leaf_i, leaf_j, &task);
+    hpr_blocked_decide(&a->blocked, task.recv.area_m2 * hpr_coverage_open_share(a->coverage, leaf_i),
+                       task.send.area_m2 * hpr_coverage_open_share(a->coverage, leaf_j), &task);
     hpr_block_result result = hpr_block_ref(a->quadrature, &task, w->block, w->scratch);
     size_t stride, rows = leaf_dofs(a, leaf_i), columns = leaf_dofs(a, leaf_j);
     double *block = a->links->block + hpr_link_block(a->links, link, leaf_i, leaf_j, &stride);
@@ -261,6 +254,7 @@ static void integrate_pair(const assembly *a, worker *w, size_t l, size_t leaf_i
     w->counts[HPR_COUNT_CLIPS] += result.clip_count;
     w->counts[HPR_COUNT_SHORT] += result.stopped_short && !result.sampled;
     w->counts[HPR_COUNT_SAMPLED] += result.sampled;
+    *error2 += hpr_blocked_error2(&a->blocked, &task, &result);
 }
 
 static size_t link_of_task(const assembly *a, size_t task)
@@ -293,12 +287,21 @@ static void integrate_all(assembly *a)
                                    &w->candidate_count);
             for (size_t leaf_j = a->elements->patch_leaf[link->send];
                  leaf_j < a->elements->patch_leaf[link->send + 1] && !hpr_cancelled(a->context); leaf_j++)
-                integrate_pair(a, w, l, leaf_i, leaf_j);
+                integrate_pair(a, w, l, leaf_i, leaf_j, &a->error2[task]);
             size_t finished = atomic_fetch_add(&done, 1) + 1;
             if (omp_get_thread_num() == 0)
                 hpr_stage_progress(a->context, (double)finished / (double)task_count);
         }
     }
+}
+
+/* In the order of the tasks, whichever thread did them. */
+static double sum_error(const assembly *a)
+{
+    double error2 = 0;
+    for (size_t task = 0; task < a->task_first[a->links->count]; task++)
+        error2 += a->error2[task];
+    return sqrt(error2);
 }
 
 static hpr_status make_workers(assembly *a)
@@ -364,6 +367,7 @@ hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *
     if (status == HPR_OK) {
         choose_tolerances(&a, tolerance);
         integrate_all(&a);
+        a.links->sampling_error = sum_error(&a);
         if (hpr_cancelled(ctx))
             status = hpr_fail(ctx, HPR_ERR_INTERRUPTED, "interrupted during assembly");
     }
@@ -371,7 +375,7 @@ hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *
     hpr_views_destroy(&a.views);
     hpr_visibility_destroy(&a.visibility);
     hpr_quadrature_destroy(&a.quadrature);
-    void *arrays[] = {a.verdict, a.task_first};
+    void *arrays[] = {a.verdict, a.task_first, a.error2};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
         hpr_release(ctx, arrays[i]);
     if (status != HPR_OK)

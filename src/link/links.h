@@ -27,7 +27,9 @@ typedef struct hpr_links {
     bool occluded;            /* some pair of patches may be blocked */
     double tolerance;         /* of blocks that nothing obstructs */
     double blocked_tolerance; /* of the others; 0: they are sampled */
-    size_t short_count;       /* blocks that stopped short of it */
+    double
+        sampling_error; /* of the irradiance, relative, from the rays of sampled blocks, see link/blocked.h */
+    size_t short_count; /* blocks that stopped short of it */
 } hpr_links;
 
 /* First entry of the block of leaves i (of the link's receiver) and j (of its sender); rows are `*stride`

@@ -284,6 +284,7 @@ static void summarise_links(hpr_solution *solution, const hpr_links *links)
     summary->block_bytes = links->block_count * sizeof(double);
     summary->block_tolerance = links->tolerance;
     summary->blocked_tolerance = links->blocked_tolerance;
+    summary->visibility_error = links->sampling_error;
     summary->short_count = links->short_count;
     summary->occluded = links->occluded;
     if (links->short_count)

@@ -26,8 +26,8 @@ const struct poptOption cli_solve_options[] = {
      "(default 0)",
      "L|R,G,B"},
     {"block-tol", 0, POPT_ARG_STRING, NULL, CLI_OPTION_BLOCK_TOLERANCE,
-     "relative tolerance of each transport block (default 1e-12 where nothing blocks, else 1e-5, and chosen "
-     "by their number for blocked ones)",
+     "relative tolerance of each transport block (default 1e-12 where nothing blocks anything, else by what "
+     "the blocked ones would cost)",
      "T"},
     {"max-sweeps", 0, POPT_ARG_STRING, NULL, CLI_OPTION_MAX_SWEEPS, "iteration limit of the solver", "N"},
     {"max-reflectance", 0, POPT_ARG_STRING, NULL, CLI_OPTION_MAX_REFLECTANCE,

@@ -204,7 +204,7 @@ static void choose_tolerances(assembly *a, double tolerance)
     hpr_links *links = a->links;
     hpr_blocked_load load = estimate_load(a, tolerance);
     a->blocked = hpr_blocked_plan(&load);
-    links->tolerance = tolerance > 0 ? tolerance : links->occluded ? 1e-5 : 1e-12;
+    links->tolerance = tolerance > 0 ? tolerance : links->occluded ? a->blocked.open_tolerance : 1e-12;
     links->blocked_tolerance = links->occluded ? a->blocked.tolerance : 0;
 }
 

@@ -2,11 +2,15 @@
 
 #include <math.h>
 
+/* What stands in for the tolerance of blocks that go by rays. */
+static const double by_rays = 0.03;
+
 hpr_blocked hpr_blocked_plan(const hpr_blocked_load *load)
 {
     static const struct {
         double tolerance, points, seconds;
-    } level[] = {{1e-6, 10000, 4}, {1e-3, 1100, 10}, {3e-2, 500, 40}};
+    } level[] = {{1e-6, 4000, 4}, {1e-3, 500, 6}, {1e-2, 300, 25}, {3e-2, 250, 40}};
+    static const double part_if_open = 0.1, tightest_if_open = 1e-5;
     enum { LEVELS = sizeof level / sizeof *level };
     hpr_blocked blocked = {.tolerance = load->asked, .area_m2 = load->area_m2};
     double point_s = 0.5e-6 + 0.07e-6 * load->blocker_count;
@@ -14,6 +18,8 @@ hpr_blocked hpr_blocked_plan(const hpr_blocked_load *load)
         if ((double)load->pair_count * level[k].points * point_s <= level[k].seconds)
             blocked.tolerance = level[k].tolerance;
     }
+    double clipped = blocked.tolerance > 0 ? blocked.tolerance : by_rays;
+    blocked.open_tolerance = load->asked > 0 ? load->asked : fmax(part_if_open * clipped, tightest_if_open);
     return blocked;
 }
 
@@ -37,7 +43,6 @@ static bool is_near(const hpr_element_frame *a, const hpr_element_frame *b)
 
 void hpr_blocked_decide(const hpr_blocked *blocked, double recv_m2, double send_m2, hpr_block_task *task)
 {
-    static const double by_rays = 0.03;
     bool parts = task->recv_part_count || task->send_part_count;
     if (!task->blocker_count && !parts)
         return;

@@ -38,11 +38,10 @@ size_t hpr_link_block(const hpr_links *links, const hpr_link *link, size_t leaf_
                       size_t *stride);
 
 /*
- * Integrates all blocks. tolerance 0: 1e-12 if no pair of patches may be blocked, 1e-5 else; pairs that see
- * each other partly are clipped to a tolerance chosen by their number, relative to the block or to the
- * sender's share of the area, and if there are too many they are sampled. Same bits for any thread count.
- * Errors: HPR_ERR_MEMORY (also when the blocks would exceed the machine's memory), HPR_ERR_DEVICE,
- * HPR_ERR_INTERRUPTED.
+ * Integrates all blocks. tolerance 0: 1e-12 if no pair of patches may be blocked, else what
+ * hpr_blocked_plan chooses; pairs that see each other partly are clipped or sampled (hpr_blocked_decide).
+ * Same bits for any thread count. Errors: HPR_ERR_MEMORY (also when the blocks would exceed the machine's
+ * memory), HPR_ERR_DEVICE, HPR_ERR_INTERRUPTED.
  */
 hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *elements, double tolerance,
                               hpr_links **links);

@@ -18,24 +18,42 @@ static double planned(size_t pairs, double blockers, double asked)
     return blocked.tolerance;
 }
 
-/* With 1 / 0.14 blockers a point costs a microsecond: 400 pairs of 10,000 points take 4 s. */
+/* With 0.5 / 0.07 blockers a point costs a microsecond: 1000 pairs of 4000 points take 4 s. */
 static void many_pairs_are_clipped_less_exactly_and_then_not_at_all(void **state)
 {
     (void)state;
+    static const struct {
+        size_t most;
+        double tolerance;
+    } steps[] = {{1000, 1e-6}, {12000, 1e-3}, {83333, 1e-2}, {160000, 3e-2}};
     const double blockers = 0.5 / 0.07;
-    assert_true(planned(399, blockers, 0) == 1e-6);
-    assert_true(planned(401, blockers, 0) == 1e-3);
-    assert_true(planned(9090, blockers, 0) == 1e-3);
-    assert_true(planned(9092, blockers, 0) == 3e-2);
-    assert_true(planned(79990, blockers, 0) == 3e-2);
-    assert_true(planned(80010, blockers, 0) == 0);
+    for (size_t i = 0; i < 4; i++) {
+        assert_true(planned(steps[i].most - 1, blockers, 0) == steps[i].tolerance);
+        assert_true(planned(steps[i].most + 1, blockers, 0) == (i < 3 ? steps[i + 1].tolerance : 0));
+    }
+}
+
+/* A tenth of the tolerance of the others, rays counting as 0.03, but not below 1e-5. */
+static void open_blocks_are_ten_times_as_exact(void **state)
+{
+    (void)state;
+    static const struct {
+        size_t pairs;
+        double asked, expected;
+    } cases[] = {
+        {100, 0, 1e-5}, {5000, 0, 1e-4}, {50000, 0, 1e-3}, {1000000, 0, 3e-3}, {1000000, 1e-4, 1e-4}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        const hpr_blocked_load load = {
+            .pair_count = cases[i].pairs, .blocker_count = 5, .area_m2 = 2, .asked = cases[i].asked};
+        assert_float_equal(hpr_blocked_plan(&load).open_tolerance, cases[i].expected, 1e-12);
+    }
 }
 
 static void blockers_cost_as_pairs_do(void **state)
 {
     (void)state;
-    assert_true(planned(40000, 5, 0) == 3e-2);
-    assert_true(planned(40000, 50, 0) == 0);
+    assert_true(planned(40000, 5, 0) == 1e-2);
+    assert_true(planned(40000, 100, 0) == 0);
 }
 
 static void what_is_asked_for_is_done(void **state)
@@ -132,6 +150,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(many_pairs_are_clipped_less_exactly_and_then_not_at_all),
+        cmocka_unit_test(open_blocks_are_ten_times_as_exact),
         cmocka_unit_test(blockers_cost_as_pairs_do),
         cmocka_unit_test(what_is_asked_for_is_done),
         cmocka_unit_test(a_pair_in_the_open_is_left_alone),

@@ -7,9 +7,9 @@ enum { LINE = HPR_MAX_DEGREE + 1 };
 struct hpr_two_scale {
     hpr_context *context;
     int max_degree;
-    size_t triangle_count;       /* functions of max_degree on a triangle */
-    double line[2][LINE][LINE];  /* [which][whole][half], 0 for half > whole */
-    double *triangle;            /* [which][whole][half] */
+    size_t triangle_count;      /* functions of max_degree on a triangle */
+    double line[2][LINE][LINE]; /* [which][whole][half], 0 for half > whole */
+    double *triangle;           /* [which][whole][half] */
 };
 
 static const double half_root = 0.70710678118654752440; /* of the area: T of a half is sqrt 2 as large */
@@ -25,8 +25,8 @@ static void fill_line(hpr_two_scale *tables, const hpr_gauss_rule *rule, int nod
             hpr_basis_eval(HPR_SHAPE_PARALLELOGRAM, degree, rule->node[i], 0.5, half);
             for (int n = 0; n <= degree; n++) {
                 for (int m = 0; m <= n; m++)
-                    tables->line[which][n][m] += half_root * rule->weight[i] * whole[n * (degree + 1)] *
-                                                 half[m * (degree + 1)];
+                    tables->line[which][n][m] +=
+                        half_root * rule->weight[i] * whole[n * (degree + 1)] * half[m * (degree + 1)];
             }
         }
     }
@@ -76,8 +76,9 @@ hpr_status hpr_two_scale_create(hpr_context *ctx, int max_degree, hpr_two_scale 
         tables->context = ctx;
         tables->max_degree = max_degree;
         tables->triangle_count = hpr_basis_count(HPR_SHAPE_TRIANGLE, max_degree);
-        status = hpr_allocate_into(ctx, &tables->triangle, 2 * tables->triangle_count * tables->triangle_count,
-                                   sizeof(double), "two-scale relations");
+        status =
+            hpr_allocate_into(ctx, &tables->triangle, 2 * tables->triangle_count * tables->triangle_count,
+                              sizeof(double), "two-scale relations");
     }
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &gauss, 1, sizeof *gauss, "two-scale relations");

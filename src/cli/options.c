@@ -26,12 +26,13 @@ const struct poptOption cli_solve_options[] = {
      "(default 0)",
      "L|R,G,B"},
     {"link-tol", 0, POPT_ARG_STRING, NULL, CLI_OPTION_LINK_TOLERANCE,
-     "what links between groups of elements may leave out of the operator, relative to its norm (default: what "
+     "what links between groups of elements may leave out of the operator, relative to its norm (default: "
+     "what "
      "the number of elements allows)",
      "T"},
     {"block-tol", 0, POPT_ARG_STRING, NULL, CLI_OPTION_BLOCK_TOLERANCE,
-     "relative tolerance of each transport block (default 1e-12 where nothing blocks, else 1e-5, and chosen "
-     "by their number for blocked ones)",
+     "relative tolerance of each transport block (default 1e-12 where nothing blocks anything, else by what "
+     "the blocked ones would cost)",
      "T"},
     {"solver", 0, POPT_ARG_STRING, NULL, CLI_OPTION_SOLVER,
      "how the linear system is solved: Gauss-Seidel sweeps, GMRES, gathering (Jacobi), shooting (progressive "

@@ -103,7 +103,8 @@ static void add_accuracy(cJSON *root, const hpr_solve_summary *summary, bool *ok
     hpr_json_number(solver, "residual", summary->residual, ok);
     hpr_json_number(solver, "blocks_short", (double)summary->short_count, ok);
     hpr_json_bool(solver, "occluded", summary->occluded, ok);
-    hpr_json_null(root, "error_estimate", ok); /* until there is one */
+    hpr_json_null(root, "error_estimate", ok); /* until there is one of the whole */
+    hpr_json_number(root, "visibility_error", summary->visibility_error, ok);
 }
 
 static void add_environment(cJSON *root, const hpr_solution *solution, bool *ok)

@@ -91,6 +91,7 @@ const hpr_field *hpr_summary_fields(size_t *count)
         {"linkError", HPR_FIELD_DOUBLE, AT(link_error), 3},
         {"blockToleranceUsed", HPR_FIELD_DOUBLE, AT(block_tolerance), 1},
         {"blockedTolerance", HPR_FIELD_DOUBLE, AT(blocked_tolerance), 2},
+        {"visibilityError", HPR_FIELD_DOUBLE, AT(visibility_error), 3},
         {"shortCount", HPR_FIELD_SIZE, AT(short_count), 1},
         {"sweeps", HPR_FIELD_INT, AT(sweeps), 1},
         {"residual", HPR_FIELD_DOUBLE, AT(residual), 1},

@@ -1,7 +1,7 @@
 /* The links' blocks: how much memory they take, how exact they have to be, and their integrals. */
+#include "link/blocked.h"
 #include "link/links.h"
 #include "link/refine.h"
-#include "quadrature/block.h"
 #include "quadrature/far.h"
 
 #include <math.h>
@@ -33,7 +33,9 @@ typedef struct assembly {
     hpr_links *links;
     worker *workers;  /* [threads] */
     uint8_t *verdict; /* [patches][patches] hpr_verdict, upper triangle */
-    double *error2;  /* [link_count] square of what a link leaves out, 0 where that is unknown */
+    hpr_blocked blocked;
+    double *left_out2; /* [link_count] square of what a link leaves out, 0 where that is unknown */
+    double *sampled2;  /* [link_count] what rays add to the square of the error */
 } assembly;
 
 static size_t node_count(const assembly *a)
@@ -102,8 +104,9 @@ static hpr_status find_verdicts(assembly *a, const bool *sends)
     for (size_t i = 0; i < n; i++) {
         hpr_views_cursor *cursor = a->workers[omp_get_thread_num()].cursor;
         for (size_t j = i + 1; j < n && !hpr_cancelled(a->context); j++) {
-            hpr_verdict verdict = sends[i] || sends[j] ? hpr_views_classify(a->views, cursor, i, j, NULL, NULL)
-                                                       : HPR_SEES_NOTHING;
+            hpr_verdict verdict = sends[i] || sends[j]
+                                      ? hpr_views_classify(a->views, cursor, i, j, NULL, NULL)
+                                      : HPR_SEES_NOTHING;
             a->verdict[i * n + j] = (uint8_t)verdict;
             if (verdict == HPR_SEES_PARTLY)
                 occluded = true;
@@ -113,8 +116,8 @@ static hpr_status find_verdicts(assembly *a, const bool *sends)
     return hpr_cancelled(a->context) ? hpr_fail(a->context, HPR_ERR_INTERRUPTED, "interrupted") : HPR_OK;
 }
 
-/* While all pairs of leaves can be had, links leave out next to nothing; beyond that less than elements of low
- * degree do. */
+/* While all pairs of leaves can be had, links leave out next to nothing; beyond that less than elements of
+ * low degree do. */
 static double choose_link_tolerance(const assembly *a)
 {
     enum { FEW_LEAVES = 4096 };
@@ -157,59 +160,48 @@ static hpr_status make_links(assembly *a, const hpr_links_demand *demand)
         status =
             hpr_allocate_into(a->context, &links->block, links->block_count, sizeof(double), "kernel blocks");
     if (status == HPR_OK)
-        status = hpr_allocate_into(a->context, &a->error2, links->count, sizeof(double), "links");
+        status = hpr_allocate_into(a->context, &a->left_out2, links->count, sizeof(double), "links");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(a->context, &a->sampled2, links->count, sizeof(double), "links");
     return status;
 }
 
-/*
- * What the partly visible pairs cost, about 0.1 to 10 ms each, decides how exactly they are clipped. A
- * block's error of t sqrt(A_r A_s) / A is one of t A_s / A in the form factor: of one sign in all senders, a
- * relative error of t in the irradiance; in truth they have either sign.
- */
-static void choose_tolerances(assembly *a, double tolerance)
+/* What clipping would take: links that see partly, and the blockers of some of their pairs of patches. */
+static hpr_blocked_load estimate_load(assembly *a, double tolerance)
 {
-    static const struct {
-        size_t pairs;
-        double tolerance;
-    } level[] = {{200, 1e-6}, {8000, 1e-3}, {60000, 3e-2}, {SIZE_MAX, 0}};
-    hpr_links *links = a->links;
-    size_t pairs = links->partly_count, k = 0;
-    while (pairs > level[k].pairs)
-        k++;
-    /* Where many things stand about, a pair has tens of blockers, and rays are cheaper. */
-    enum { FEW_OCCLUDERS = 64, FEW_PAIRS = 500 };
-    static const double part_of_links = 0.1; /* of what links leave out anyway */
-    bool crowded = hpr_visibility_occluder_count(a->visibility) > FEW_OCCLUDERS && pairs > FEW_PAIRS;
-    links->tolerance = tolerance > 0 ? tolerance
-                                     : fmax(links->occluded ? 1e-5 : 1e-12, part_of_links * links->link_tolerance);
-    links->blocked_tolerance = !links->occluded ? 0
-                               : tolerance > 0  ? tolerance
-                               : crowded        ? 0
-                               : level[k].tolerance > 0
-                                   ? fmax(level[k].tolerance, part_of_links * links->link_tolerance)
-                                   : 0;
+    enum { LOOKED_AT = 1000 };
+    worker *w = &a->workers[0];
+    const hpr_links *links = a->links;
+    const uint32_t *patch = a->elements->patch;
+    size_t stride = 1 + links->partly_count / LOOKED_AT, seen = 0, looked_at = 0;
+    double blockers = 0;
+    for (size_t l = 0; l < links->count; l++) {
+        const hpr_link *link = &links->link[l];
+        if (!link->partly || seen++ % stride)
+            continue;
+        hpr_views_classify(a->views, w->cursor, patch[link->recv], patch[link->send], w->candidate,
+                           &w->candidate_count);
+        blockers += (double)w->candidate_count;
+        looked_at++;
+    }
+    return (hpr_blocked_load){.pair_count = links->partly_count,
+                              .blocker_count = looked_at ? blockers / (double)looked_at : 0,
+                              .area_m2 = links->area_m2,
+                              .asked = tolerance};
 }
 
-/* Pairs with covered parts are clipped even where the others are sampled: what a small open part receives is
- * divided by its area. */
-static void clip_if_due(const assembly *a, const hpr_link *link, hpr_block_task *task)
+static void choose_tolerances(assembly *a, double tolerance)
 {
-    static const double with_parts = 0.03;
-    const uint32_t *leaf = a->elements->leaf_of_node;
-    double tolerance = a->links->blocked_tolerance;
-    bool parts = task->recv_part_count || task->send_part_count;
-    if (tolerance == 0 && parts)
-        tolerance = with_parts;
-    if ((!task->blocker_count && !parts) || tolerance == 0)
-        return;
-    double recv_m2 = task->recv.area_m2, send_m2 = task->send.area_m2;
-    if (task->recv_part_count)
-        recv_m2 *= hpr_coverage_open_share(a->coverage, leaf[link->recv]);
-    if (task->send_part_count)
-        send_m2 *= hpr_coverage_open_share(a->coverage, leaf[link->send]);
-    task->clip = true;
-    task->tolerance = tolerance;
-    task->negligible = tolerance * sqrt(recv_m2 * send_m2) / a->links->area_m2;
+    static const double part_of_links = 0.1; /* of what links leave out anyway */
+    hpr_links *links = a->links;
+    hpr_blocked_load load = estimate_load(a, tolerance);
+    double least = tolerance > 0 ? tolerance : part_of_links * links->link_tolerance;
+    a->blocked = hpr_blocked_plan(&load);
+    if (a->blocked.tolerance > 0)
+        a->blocked.tolerance = fmax(a->blocked.tolerance, least);
+    links->tolerance =
+        tolerance > 0 ? tolerance : fmax(links->occluded ? a->blocked.open_tolerance : 1e-12, least);
+    links->blocked_tolerance = links->occluded ? a->blocked.tolerance : 0;
 }
 
 /* The open parts of a node that is a leaf; inner nodes that have links are open. */
@@ -263,11 +255,11 @@ static void integrate_far(const assembly *a, worker *w, const hpr_block_task *ta
 {
     const hpr_link *link = &a->links->link[l];
     const hpr_tree *tree = a->links->tree;
-    hpr_far_result result = hpr_far_block(a->far, &task->recv, &task->send, a->links->block + link->offset,
-                                          w->far_scratch);
+    hpr_far_result result =
+        hpr_far_block(a->far, &task->recv, &task->send, a->links->block + link->offset, w->far_scratch);
     double recv = leaves_out(tree, link->recv, link->recv_degree) ? result.recv_error : 0;
     double send = leaves_out(tree, link->send, link->send_degree) ? result.send_error : 0;
-    a->error2[l] = recv * recv + send * send;
+    a->left_out2[l] = recv * recv + send * send;
     w->counts[HPR_COUNT_PAIRS_VISIBLE]++;
     w->counts[HPR_COUNT_BLOCKS]++;
     w->counts[HPR_COUNT_KERNEL] += result.kernel_count;
@@ -276,7 +268,12 @@ static void integrate_far(const assembly *a, worker *w, const hpr_block_task *ta
 static void integrate_near(const assembly *a, worker *w, hpr_block_task *task, size_t l)
 {
     const hpr_link *link = &a->links->link[l];
-    clip_if_due(a, link, task);
+    double recv_m2 = task->recv.area_m2, send_m2 = task->send.area_m2;
+    if (task->recv_part)
+        recv_m2 *= hpr_coverage_open_share(a->coverage, a->elements->leaf_of_node[link->recv]);
+    if (task->send_part)
+        send_m2 *= hpr_coverage_open_share(a->coverage, a->elements->leaf_of_node[link->send]);
+    hpr_blocked_decide(&a->blocked, recv_m2, send_m2, task);
     hpr_block_result result = hpr_block_ref(a->quadrature, task, a->links->block + link->offset, w->scratch);
     hpr_counter kind = !result.seen          ? HPR_COUNT_PAIRS_HIDDEN
                        : task->blocker_count ? HPR_COUNT_PAIRS_PARTIAL
@@ -288,6 +285,7 @@ static void integrate_near(const assembly *a, worker *w, hpr_block_task *task, s
     w->counts[HPR_COUNT_CLIPS] += result.clip_count;
     w->counts[HPR_COUNT_SHORT] += result.stopped_short && !result.sampled;
     w->counts[HPR_COUNT_SAMPLED] += result.sampled;
+    a->sampled2[l] = hpr_blocked_error2(&a->blocked, task, &result);
 }
 
 static void integrate_link(const assembly *a, worker *w, size_t l)
@@ -298,7 +296,8 @@ static void integrate_link(const assembly *a, worker *w, size_t l)
                            .tolerance = a->links->tolerance,
                            .negligible = a->links->tolerance,
                            .contact_m = a->patches->weld_m,
-                           .visibility = a->visibility};
+                           .visibility = a->visibility,
+                           .seed = (uint64_t)link->recv << 32 | link->send};
     task.recv_part = open_parts(a, link->recv, &task.recv_part_count);
     task.send_part = open_parts(a, link->send, &task.send_part_count);
     if (link->partly && !find_blockers(a, w, link, &task)) {
@@ -329,10 +328,13 @@ static void integrate_all(assembly *a)
                 hpr_stage_progress(a->context, (double)finished / (double)count);
         }
     }
-    double error2 = 0;
-    for (size_t l = 0; l < count; l++)
-        error2 += a->error2[l];
-    a->links->link_error = sqrt(error2);
+    double left_out2 = 0, sampled2 = 0;
+    for (size_t l = 0; l < count; l++) {
+        left_out2 += a->left_out2[l];
+        sampled2 += a->sampled2[l];
+    }
+    a->links->link_error = sqrt(left_out2);
+    a->links->sampling_error = sqrt(sampled2);
 }
 
 static hpr_status make_workers(assembly *a)
@@ -415,7 +417,8 @@ hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *
     hpr_quadrature_destroy(&a.quadrature);
     hpr_far_destroy(&a.far);
     hpr_release(ctx, a.verdict);
-    hpr_release(ctx, a.error2);
+    hpr_release(ctx, a.left_out2);
+    hpr_release(ctx, a.sampled2);
     if (status != HPR_OK)
         hpr_links_destroy(&a.links);
     *out = a.links;

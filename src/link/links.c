@@ -69,7 +69,8 @@ static void carry(const hpr_links *links, const hpr_link *link, bool forward, si
 {
     const hpr_tree *tree = links->tree;
     const double *block = links->block + link->offset;
-    link_end recv = end_of(tree, link->recv, link->recv_degree), send = end_of(tree, link->send, link->send_degree);
+    link_end recv = end_of(tree, link->recv, link->recv_degree),
+             send = end_of(tree, link->send, link->send_degree);
     link_end from = forward ? send : recv, to = forward ? recv : send;
     for (size_t c = 0; c < channels; c++) {
         double room[HPR_MAX_BASIS], sum[HPR_MAX_BASIS];

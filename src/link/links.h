@@ -9,8 +9,8 @@
 #include "link/tree.h"
 
 typedef struct hpr_link {
-    uint32_t recv, send; /* nodes; the receiver's patch is before the sender's */
-    size_t offset;       /* its block in hpr_links.block, row-major [n_recv x n_send] */
+    uint32_t recv, send;              /* nodes; the receiver's patch is before the sender's */
+    size_t offset;                    /* its block in hpr_links.block, row-major [n_recv x n_send] */
     uint8_t recv_degree, send_degree; /* of the block: no more than the nodes' */
     bool partly;                      /* something may come between */
 } hpr_link;
@@ -30,7 +30,9 @@ typedef struct hpr_links {
     double link_error;        /* the same, measured, of links that see wholly */
     double tolerance;         /* of blocks that nothing obstructs */
     double blocked_tolerance; /* of the others; 0: they are sampled */
-    size_t short_count;       /* blocks that stopped short of it */
+    double
+        sampling_error; /* of the irradiance, relative, from the rays of sampled blocks, see link/blocked.h */
+    size_t short_count; /* blocks that stopped short of it */
 } hpr_links;
 
 /* What the operator has to satisfy. */
@@ -42,13 +44,11 @@ typedef struct hpr_links_demand {
 
 /*
  * Finds the links and integrates their blocks. A link stands where it is, if what the degrees of its nodes
- * leave out of the kernel is e_ij <= tolerance sqrt(A_i A_j) / A in L2, A the area of all patches: then the
- * operator errs by at most ‖δK‖ <= tolerance, for sum A_i A_j <= A^2 (see refine.c for links that see
- * partly). Links between leaves are exact. Tolerance 0 of blocks: 1e-12 if no pair of patches may be blocked,
- * 1e-5 else; pairs that see each other partly are clipped to a tolerance chosen by their number, relative to
- * the block or to the sender's share of the area, and if there are too many they are sampled. Same bits for
- * any thread count. Errors: HPR_ERR_MEMORY (also when the blocks would exceed the machine's memory),
- * HPR_ERR_DEVICE, HPR_ERR_INTERRUPTED.
+ * leave out of the kernel is small enough (refine.c): the operator then errs by at most ‖δK‖ <=
+ * link_tolerance. Links between leaves are exact. block_tolerance 0: 1e-12 if no pair of patches may be
+ * blocked, else what hpr_blocked_plan chooses; pairs that see each other partly are clipped or sampled
+ * (hpr_blocked_decide). Same bits for any thread count. Errors: HPR_ERR_MEMORY (also when the blocks would
+ * exceed the machine's memory), HPR_ERR_DEVICE, HPR_ERR_INTERRUPTED.
  */
 hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *elements,
                               const hpr_links_demand *demand, hpr_links **links);

@@ -3,12 +3,12 @@
  * nodes leave out is small enough; else the node that leaves out more is replaced by its children. What a
  * leaf's degree leaves out does not count: the elements cannot show it anyway.
  *
- * Links that see each other wholly: e_ij <= tolerance w, w = sqrt(A_i A_j) / A. Since every pair of points is in
- * one link, sum e_ij^2 <= tolerance^2, a bound on the operator's norm.
- * Links that see partly have a jump in the kernel, which no degree follows: e_ij is about a third of ‖G‖ on
- * any level, and what falls when they are refined is their number's share: of n^4 pairs of nodes of size 1/n
- * some n^3 see partly, and their errors have either sign. So e_ij <= tolerance w^(1/4) keeps the root of the
- * sum of squares, n^(3/2) times the worst contribution w^(3/2) w^(1/4) ‖B‖, at tolerance ‖B‖.
+ * Links that see each other wholly: e_ij <= tolerance w, w = sqrt(A_i A_j) / A. Since every pair of points is
+ * in one link, sum e_ij^2 <= tolerance^2, a bound on the operator's norm. Links that see partly have a jump
+ * in the kernel, which no degree follows: e_ij is about a third of ‖G‖ on any level, and what falls when they
+ * are refined is their number's share: of n^4 pairs of nodes of size 1/n some n^3 see partly, and their
+ * errors have either sign. So e_ij <= tolerance w^(1/4) keeps the root of the sum of squares, n^(3/2) times
+ * the worst contribution w^(3/2) w^(1/4) ‖B‖, at tolerance ‖B‖.
  */
 #include "link/refine.h"
 
@@ -175,7 +175,8 @@ static void walk(walker *w, uint32_t recv, uint32_t send, bool partly, const uin
     uint32_t *own = w->blocker + (size_t)(depth + 1) * w->occluder_count;
     size_t own_count = 0;
     if (partly && depth > 0) {
-        hpr_facet a = hpr_node_facet(w->r->coverage, tree, recv), b = hpr_node_facet(w->r->coverage, tree, send);
+        hpr_facet a = hpr_node_facet(w->r->coverage, tree, recv),
+                  b = hpr_node_facet(w->r->coverage, tree, send);
         hpr_verdict verdict =
             hpr_visibility_classify(w->r->visibility, &a, &b, blocker, blocker_count, own, &own_count);
         if (verdict == HPR_SEES_NOTHING) {

@@ -13,7 +13,7 @@ typedef struct hpr_refinement {
     const hpr_visibility *visibility;
     const hpr_views *views;
     const uint8_t *verdict; /* [patches][patches] hpr_verdict, upper triangle */
-    hpr_links *links;       /* tree, area_m2 and link_tolerance are set; count, partly_count and link are filled */
+    hpr_links *links; /* tree, area_m2 and link_tolerance are set; count, partly_count and link are filled */
 } hpr_refinement;
 
 /*

@@ -1,7 +1,7 @@
 /* The simple evaluation of kernel blocks: one group of points after the other, one receiver point at a time.
  */
 #include "quadrature/block.h"
-#include "quadrature/rule.h"
+#include "quadrature/sampled.h"
 
 #include <string.h>
 
@@ -61,6 +61,8 @@ typedef struct evaluation {
     double *block;
     hpr_block_scratch *scratch;
     hpr_block_result *result;
+    const hpr_rule *rule; /* the one whose points are added */
+    hpr_sampled rays;
 } evaluation;
 
 static void kernel_row(const hpr_points *from, int i, const hpr_points *to, double scale, double *kernel)
@@ -83,20 +85,35 @@ typedef struct group_side {
     const hpr_points *points;
     const hpr_element_frame *frame;
     size_t basis_count;
+    const hpr_cell *cell; /* of a product rule, with its nodes */
+    const int *nodes;
 } group_side;
 
+/* Where the ray of a point begins or ends. */
+static void ray_end(const evaluation *e, const group_side *side, int index, const double random[2],
+                    double point[3])
+{
+    double s = side->points->s[index], t = side->points->t[index];
+    if (e->rule->kind == HPR_RULE_PRODUCT)
+        hpr_sampled_place(&e->quadrature->gauss, side->cell, side->nodes, index, random, &s, &t);
+    scene_point(side->frame, s, t, point);
+}
+
 /* Zeroes the kernel where the ray is blocked. */
-static void sample_visibility(const evaluation *e, const group_side *outer, int i, const group_side *inner,
+static void sample_visibility(evaluation *e, const group_side *outer, int i, const group_side *inner,
                               double *kernel)
 {
-    double x[3], y[3];
-    scene_point(outer->frame, outer->points->s[i], outer->points->t[i], x);
+    double x[3], y[3], random[4];
     for (int j = 0; j < inner->points->count; j++) {
-        scene_point(inner->frame, inner->points->s[j], inner->points->t[j], y);
+        hpr_sampled_random(e->task->seed, e->result->ray_count++, random);
+        ray_end(e, outer, i, random, x);
+        ray_end(e, inner, j, random + 2, y);
+        e->rays.weight += kernel[j];
+        e->rays.square += kernel[j] * kernel[j];
         if (hpr_visibility_blocked(e->task->visibility, x, y, e->task->blockers, e->task->blocker_count))
             kernel[j] = 0;
+        e->rays.seen += kernel[j];
     }
-    e->result->ray_count += (uint64_t)inner->points->count;
 }
 
 /* sum over inner points of kernel * phi_l. */
@@ -123,8 +140,9 @@ static void add_group(void *user, const hpr_group *group)
 {
     evaluation *e = user;
     hpr_block_scratch *scratch = e->scratch;
-    const group_side recv = {&group->recv, &e->task->recv, e->n_recv};
-    const group_side send = {&group->send, &e->task->send, e->n_send};
+    const hpr_rule *rule = e->rule;
+    const group_side recv = {&group->recv, &e->task->recv, e->n_recv, &rule->recv, rule->recv_nodes};
+    const group_side send = {&group->send, &e->task->send, e->n_send, &rule->send, rule->send_nodes};
     /* Each outer point costs an update of the whole block, so the side with fewer points is the outer one. */
     bool by_recv = group->recv.count <= group->send.count;
     const group_side *outer = by_recv ? &recv : &send, *inner = by_recv ? &send : &recv;
@@ -148,6 +166,7 @@ static void add_group(void *user, const hpr_group *group)
 static void add_rule(void *user, const hpr_rule *rule)
 {
     evaluation *e = user;
+    e->rule = rule;
     hpr_rule_points(&e->quadrature->gauss, e->pair, rule, &e->scratch->points, add_group, e);
 }
 
@@ -156,6 +175,12 @@ static double area_factor(const hpr_element_frame *frame)
 {
     double jacobian = frame->shape == HPR_SHAPE_PARALLELOGRAM ? frame->area_m2 : 2 * frame->area_m2;
     return jacobian * hpr_basis_scale(frame->shape, frame->area_m2);
+}
+
+/* phi_0, for T_0 = 1 / sqrt(A). */
+static double first_value(const hpr_element_frame *frame)
+{
+    return 1 / (sqrt(frame->area_m2) * hpr_basis_scale(frame->shape, frame->area_m2));
 }
 
 /* The blockers as polygons, moved like the pair. */
@@ -213,21 +238,22 @@ hpr_block_result hpr_block_ref(const hpr_quadrature *quadrature, const hpr_block
     if (clip && task->blocker_count)
         set_blockers(task, &pair, scratch->blocker);
     result.sampled = task->blocker_count && !clip;
-    if (!result.sampled) {
-        pair.recv_part = task->recv_part;
-        pair.send_part = task->send_part;
-        pair.recv_part_count = task->recv_part_count;
-        pair.send_part_count = task->send_part_count;
-    }
+    pair.recv_part = task->recv_part;
+    pair.send_part = task->send_part;
+    pair.recv_part_count = task->recv_part_count;
+    pair.send_part_count = task->send_part_count;
     if (result.sampled) {
         demand.tolerance = fmax(task->tolerance, sampled_tolerance);
-        demand.least_nodes = degree > 1 ? degree + 2 : 3;
+        /* parts are many cells, each with nodes of its own */
+        demand.least_nodes = pair.recv_part_count || pair.send_part_count ? 2 : degree > 1 ? degree + 2 : 3;
     }
     hpr_rule_outcome outcome =
         hpr_rules_choose(&quadrature->gauss, &pair, &demand, &scratch->choice, add_rule, &e);
     double factor = area_factor(&task->recv) * area_factor(&task->send);
     for (size_t i = 0; i < e.n_recv * e.n_send; i++)
         block[i] *= factor;
+    result.sampling_error =
+        factor * first_value(&task->recv) * first_value(&task->send) * hpr_sampled_error(&e.rays);
     block[0] += outcome.exchange_m2 / sqrt(task->recv.area_m2 * task->send.area_m2);
     bool by_parts = pair.blocker_count || pair.recv_part_count || pair.send_part_count;
     result.seen = outcome.seen && !(by_parts && block[0] <= slit_block(task));

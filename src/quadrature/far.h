@@ -19,15 +19,15 @@ void hpr_far_destroy(hpr_far **tables);
 
 /*
  * How smooth the kernel is between two elements, from the geometry. Along a segment of one element the kernel
- * 1/r^4 is analytic inside the Bernstein ellipse of parameter rho = a + sqrt(a^2 - 1), a = (|y - P| + |y - Q|)
- * / |P - Q| for the segment's ends P, Q and the nearest point y of the other element, and its Legendre
+ * 1/r^4 is analytic inside the Bernstein ellipse of parameter rho = a + sqrt(a^2 - 1), a = (|y - P| + |y -
+ * Q|) / |P - Q| for the segment's ends P, Q and the nearest point y of the other element, and its Legendre
  * coefficients fall like rho^-n (Trefethen 2013, thm. 8.1). So ‖G - P_r G‖, P_r the projection to the
  * receiver's polynomials of degree p, is about norm * recv_rho^-(p+1), and likewise for the sender. Observed
  * on random pairs: 0.3 to 3 times that in nine of ten.
  */
 typedef struct hpr_far_view {
-    double norm;               /* of G in L2 over both, an upper estimate; INFINITY if they touch */
-    double recv_rho, send_rho; /* >= 1 */
+    double norm;                         /* of G in L2 over both, an upper estimate; INFINITY if they touch */
+    double recv_rho, send_rho;           /* >= 1 */
     bool recv_straddles, send_straddles; /* the element crosses the other's plane: G has a kink on it */
     bool hidden;                         /* one is wholly behind the other's plane */
 } hpr_far_view;

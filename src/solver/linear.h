@@ -1,4 +1,5 @@
-/* The linear system G H = D + K rho H, G the Gram matrices of the elements' open parts, and ways to solve it. */
+/* The linear system G H = D + K rho H, G the Gram matrices of the elements' open parts, and ways to solve it.
+ */
 #ifndef HPR_SOLVER_LINEAR_H
 #define HPR_SOLVER_LINEAR_H
 

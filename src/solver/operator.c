@@ -37,8 +37,8 @@ hpr_status hpr_operator_create(const hpr_links *links, size_t channel_count, hpr
     op->node_dofs = links->tree->dof_count;
     status = hpr_allocate_into(ctx, &op->sent, channel_count * op->node_dofs, sizeof(double), "the solver");
     if (status == HPR_OK)
-        status =
-            hpr_allocate_into(ctx, &op->received, channel_count * op->node_dofs, sizeof(double), "the solver");
+        status = hpr_allocate_into(ctx, &op->received, channel_count * op->node_dofs, sizeof(double),
+                                   "the solver");
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &op->work, e->patch_count, sizeof *op->work, "the solver");
     if (status == HPR_OK)

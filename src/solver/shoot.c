@@ -14,7 +14,8 @@ typedef struct shooter {
 static double patch_power(const shooter *s, size_t patch)
 {
     const hpr_elements *e = s->r->elements;
-    size_t n = s->p->channel_count, first = e->dof[e->patch_leaf[patch]], end = e->dof[e->patch_leaf[patch + 1]];
+    size_t n = s->p->channel_count, first = e->dof[e->patch_leaf[patch]],
+           end = e->dof[e->patch_leaf[patch + 1]];
     double sum2 = 0;
     for (size_t c = 0; c < n; c++) {
         double rho = s->p->reflectance[n * patch + c];
@@ -31,8 +32,8 @@ static void take_in(shooter *s, size_t patch)
     const hpr_tree *tree = r->op->links->tree;
     const hpr_elements *e = r->elements;
     size_t first = e->patch_leaf[patch], end = e->patch_leaf[patch + 1];
-    size_t node = tree->dof[patch], node_end =
-        patch + 1 < e->patch_count ? tree->dof[patch + 1] : tree->dof_count;
+    size_t node = tree->dof[patch],
+           node_end = patch + 1 < e->patch_count ? tree->dof[patch + 1] : tree->dof_count;
     for (size_t c = 0; c < s->p->channel_count; c++) {
         double *received = r->op->received + c * tree->dof_count;
         hpr_tree_push(tree, patch, received, r->fresh + c * r->dofs);
@@ -53,7 +54,8 @@ static void shoot_from(shooter *s, size_t patch)
     const hpr_links *links = r->op->links;
     const hpr_tree *tree = links->tree;
     const hpr_elements *e = r->elements;
-    size_t n = s->p->channel_count, first = e->dof[e->patch_leaf[patch]], end = e->dof[e->patch_leaf[patch + 1]];
+    size_t n = s->p->channel_count, first = e->dof[e->patch_leaf[patch]],
+           end = e->dof[e->patch_leaf[patch + 1]];
     for (size_t c = 0; c < n; c++) {
         for (size_t i = c * r->dofs + first; i < c * r->dofs + end; i++) {
             r->reflected[i] = s->p->reflectance[n * patch + c] * s->unshot[i];

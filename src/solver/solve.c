@@ -6,6 +6,7 @@
 #include "solver/linear.h"
 #include "solver/operator.h"
 #include "solver/outside.h"
+#include "solver/resolution.h"
 #include "solver/solution.h"
 
 #include <math.h>
@@ -13,21 +14,21 @@
 
 void hpr_solve_options_init(hpr_solve_options *options)
 {
-    *options = (hpr_solve_options){.order = HPR_DEFAULT_ORDER,
-                                   .subdivide = HPR_DEFAULT_SUBDIVIDE,
-                                   .feet = HPR_DEFAULT_FEET,
+    *options = (hpr_solve_options){.order = HPR_CHOOSE,
+                                   .subdivide = HPR_CHOOSE,
+                                   .feet = HPR_CHOOSE,
                                    .solver_tolerance = 1e-13,
                                    .max_sweeps = 20000};
 }
 
 static hpr_status check_options(hpr_context *ctx, const hpr_solve_options *options)
 {
-    if (options->order < 0 || options->order > HPR_MAX_ORDER)
+    if (options->order < HPR_CHOOSE || options->order > HPR_MAX_ORDER)
         return hpr_fail(ctx, HPR_ERR_ARG, "order %d is not in 0 .. %d", options->order, HPR_MAX_ORDER);
-    if (options->subdivide < 0 || options->subdivide > HPR_MAX_SUBDIVIDE)
+    if (options->subdivide < HPR_CHOOSE || options->subdivide > HPR_MAX_SUBDIVIDE)
         return hpr_fail(ctx, HPR_ERR_ARG, "subdivision %d is not in 0 .. %d", options->subdivide,
                         HPR_MAX_SUBDIVIDE);
-    if (options->feet < 0 || options->feet > HPR_MAX_FEET)
+    if (options->feet < HPR_CHOOSE || options->feet > HPR_MAX_FEET)
         return hpr_fail(ctx, HPR_ERR_ARG, "%d quarterings at feet are not in 0 .. %d", options->feet,
                         HPR_MAX_FEET);
     if (!(options->link_tolerance >= 0 && options->link_tolerance < 1))
@@ -115,13 +116,27 @@ static hpr_status refine_feet(hpr_solution *solution, int times)
     return status;
 }
 
-static hpr_status make_mesh(hpr_solution *solution, const hpr_scene *scene, const hpr_solve_options *options)
+static void choose_resolution(hpr_solution *solution, const hpr_scene *scene)
+{
+    hpr_solve_options *options = &solution->summary.options;
+    if (!hpr_resolution_choose(solution->patches, options))
+        hpr_warn(solution->context,
+                 "%s: %zu patches are many for --order %d --subdivide %d --feet %d, so it is --order %d "
+                 "--subdivide %d --feet %d; these options choose otherwise",
+                 scene->path, solution->patches->count, HPR_DEFAULT_ORDER, HPR_DEFAULT_SUBDIVIDE,
+                 HPR_DEFAULT_FEET, options->order, options->subdivide, options->feet);
+}
+
+static hpr_status make_mesh(hpr_solution *solution, const hpr_scene *scene)
 {
     hpr_context *ctx = solution->context;
+    const hpr_solve_options *options = &solution->summary.options;
     hpr_status status = hpr_patches_build(scene, &solution->patches);
-    if (status == HPR_OK)
+    if (status == HPR_OK) {
+        choose_resolution(solution, scene);
         status =
             hpr_elements_uniform(solution->patches, options->order, options->subdivide, &solution->elements);
+    }
     if (status == HPR_OK)
         status = refine_feet(solution, options->feet);
     if (status != HPR_OK)
@@ -278,6 +293,7 @@ static void summarise_links(hpr_solution *solution, const hpr_links *links)
     summary->link_error = links->link_error;
     summary->block_tolerance = links->tolerance;
     summary->blocked_tolerance = links->blocked_tolerance;
+    summary->visibility_error = links->sampling_error;
     summary->short_count = links->short_count;
     summary->occluded = links->occluded;
     if (links->short_count)
@@ -305,8 +321,7 @@ static hpr_status link_up(const hpr_solution *solution, const hpr_coverage *cove
     const hpr_patches *patches = solution->patches;
     size_t n = patches->channel_count;
     bool *sends = NULL;
-    hpr_status status =
-        hpr_allocate_into(solution->context, &sends, patches->count, sizeof *sends, "links");
+    hpr_status status = hpr_allocate_into(solution->context, &sends, patches->count, sizeof *sends, "links");
     if (status != HPR_OK)
         return status;
     bool emission = solution->summary.direct == HPR_DIRECT_GALERKIN;
@@ -387,7 +402,7 @@ hpr_status hpr_solve(hpr_context *context, const hpr_scene *scene, const hpr_sol
     hpr_stage_begin(context, "mesh");
     status = describe(solution, scene);
     if (status == HPR_OK)
-        status = make_mesh(solution, scene, options);
+        status = make_mesh(solution, scene);
     if (status == HPR_OK)
         status = copy_cameras(solution, scene);
     hpr_stage_end(context);

@@ -92,7 +92,7 @@ typedef struct hpr_solve_summary {
     size_t channels_solved;   /**< 1 if all channels agree, else their number */
     size_t degenerate_count, duplicate_count;
     double link_tolerance, link_error; /**< in force, and what unobstructed links leave out, measured */
-    double block_tolerance;   /**< of blocks that nothing obstructs: 1e-12 in an unobstructed scene, else 1e-5
+    double block_tolerance;   /**< of blocks that nothing obstructs: 1e-13 in an unobstructed scene, else 1e-5
                                  to 3e-3 */
     double blocked_tolerance; /**< of the others, relative to themselves or to the sender's share of the area:
                                  by what they cost, 1e-6 to 0.03; 0 if they are sampled */

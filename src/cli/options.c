@@ -31,7 +31,7 @@ const struct poptOption cli_solve_options[] = {
      "the number of elements allows)",
      "T"},
     {"block-tol", 0, POPT_ARG_STRING, NULL, CLI_OPTION_BLOCK_TOLERANCE,
-     "relative tolerance of each transport block (default 1e-12 where nothing blocks anything, else by what "
+     "relative tolerance of each transport block (default 1e-13 where nothing blocks anything, else by what "
      "the blocked ones would cost)",
      "T"},
     {"solver", 0, POPT_ARG_STRING, NULL, CLI_OPTION_SOLVER,

@@ -122,7 +122,7 @@ static double choose_link_tolerance(const assembly *a)
 {
     enum { FEW_LEAVES = 4096 };
     bool few = a->elements->leaf_count <= FEW_LEAVES;
-    return a->links->occluded ? (few ? 1e-5 : 1e-3) : (few ? 1e-12 : 1e-6);
+    return a->links->occluded ? (few ? 1e-5 : 1e-3) : (few ? 1e-13 : 1e-6);
 }
 
 /* The degree of inner nodes: higher ones make fewer links, but larger blocks. */
@@ -200,7 +200,7 @@ static void choose_tolerances(assembly *a, double tolerance)
     if (a->blocked.tolerance > 0)
         a->blocked.tolerance = fmax(a->blocked.tolerance, least);
     links->tolerance =
-        tolerance > 0 ? tolerance : fmax(links->occluded ? a->blocked.open_tolerance : 1e-12, least);
+        tolerance > 0 ? tolerance : fmax(links->occluded ? a->blocked.open_tolerance : 1e-13, least);
     links->blocked_tolerance = links->occluded ? a->blocked.tolerance : 0;
 }
 

@@ -45,7 +45,7 @@ typedef struct hpr_links_demand {
 /*
  * Finds the links and integrates their blocks. A link stands where it is, if what the degrees of its nodes
  * leave out of the kernel is small enough (refine.c): the operator then errs by at most ‖δK‖ <=
- * link_tolerance. Links between leaves are exact. block_tolerance 0: 1e-12 if no pair of patches may be
+ * link_tolerance. Links between leaves are exact. block_tolerance 0: 1e-13 if no pair of patches may be
  * blocked, else what hpr_blocked_plan chooses; pairs that see each other partly are clipped or sampled
  * (hpr_blocked_decide). Same bits for any thread count. Errors: HPR_ERR_MEMORY (also when the blocks would
  * exceed the machine's memory), HPR_ERR_DEVICE, HPR_ERR_INTERRUPTED.

@@ -1,4 +1,5 @@
 /* From patches and elements to links: who sees whom, how much memory that takes, and all the blocks. */
+#include "link/afford.h"
 #include "link/blocked.h"
 #include "link/links.h"
 #include "visibility/views.h"
@@ -356,6 +357,8 @@ hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *
     a.links->context = ctx;
     a.links->elements = elements;
     status = hpr_visibility_create(patches, &a.visibility);
+    if (status == HPR_OK)
+        status = hpr_links_afford(a.visibility, elements);
     if (status == HPR_OK)
         status = hpr_views_create(a.visibility, NULL, &a.views);
     if (status == HPR_OK)

@@ -1,4 +1,5 @@
 /* The links' blocks: how much memory they take, how exact they have to be, and their integrals. */
+#include "link/afford.h"
 #include "link/blocked.h"
 #include "link/links.h"
 #include "link/refine.h"
@@ -382,6 +383,8 @@ static hpr_status prepare(assembly *a)
     for (size_t i = 0; i < a->patches->count; i++)
         a->links->area_m2 += a->patches->area_m2[i];
     hpr_status status = hpr_visibility_create(a->patches, &a->visibility);
+    if (status == HPR_OK)
+        status = hpr_links_afford(a->visibility, a->elements);
     if (status == HPR_OK)
         status = hpr_views_create(a->visibility, NULL, &a->views);
     if (status == HPR_OK)

@@ -374,7 +374,7 @@ static void integrate(chooser *c, const hpr_cell *recv, const hpr_cell *send)
 static int part_cells(hpr_shape shape, const hpr_polygon *part, int part_count, int k, hpr_cell *cell)
 {
     if (part_count)
-        return hpr_cuts_cells(shape, &part[k], cell);
+        return hpr_cuts_tiles(&part[k], cell);
     cell[0] = hpr_cell_whole(shape);
     return 1;
 }

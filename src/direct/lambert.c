@@ -1,7 +1,5 @@
 #include "direct/lambert.h"
 
-#include "math/vec3.h"
-
 enum { MAX_CORNERS = 24 };
 
 /* Sutherland & Hodgman 1974 against height over the horizon >= 0; corners relative to the point. */
@@ -19,21 +17,29 @@ static size_t cut_at_horizon(hpr_vec3 normal, const hpr_vec3 *in, size_t count, 
     return kept;
 }
 
+double hpr_lambert_above(hpr_vec3 normal, const hpr_vec3 *corner, size_t count, double *condition)
+{
+    double sum = 0, size = 0;
+    for (size_t i = 0; i < count; i++) {
+        hpr_vec3 a = corner[i], b = corner[(i + 1) % count];
+        hpr_vec3 cross = hpr_cross(a, b);
+        double sine = hpr_length(cross), cosine = hpr_dot(a, b);
+        double term = sine > 0 ? atan2(sine, cosine) * hpr_dot(normal, cross) / sine : 0;
+        sum += term;
+        size += fabs(term);
+    }
+    *condition = size / fabs(sum);
+    return fabs(sum) / (2 * 3.14159265358979323846);
+}
+
 double hpr_lambert_fraction(const double point[3], const double normal[3], const double (*corner)[3],
                             size_t count)
 {
     hpr_vec3 x = hpr_vec3_load(point), n = hpr_vec3_load(normal);
     hpr_vec3 whole[MAX_CORNERS], above[2 * MAX_CORNERS];
+    double condition;
     for (size_t i = 0; i < count && i < MAX_CORNERS; i++)
         whole[i] = hpr_sub(hpr_vec3_load(corner[i]), x);
     size_t kept = cut_at_horizon(n, whole, count, above);
-    double sum = 0;
-    for (size_t i = 0; i < kept; i++) {
-        hpr_vec3 a = above[i], b = above[(i + 1) % kept];
-        hpr_vec3 cross = hpr_cross(a, b);
-        double sine = hpr_length(cross), cosine = hpr_dot(a, b);
-        if (sine > 0)
-            sum += atan2(sine, cosine) * hpr_dot(n, cross) / sine;
-    }
-    return fabs(sum) / (2 * 3.14159265358979323846);
+    return hpr_lambert_above(n, above, kept, &condition);
 }

@@ -7,6 +7,8 @@
 #ifndef HPR_DIRECT_LAMBERT_H
 #define HPR_DIRECT_LAMBERT_H
 
+#include "math/vec3.h"
+
 #include <stddef.h>
 
 /*
@@ -15,5 +17,11 @@
  */
 double hpr_lambert_fraction(const double point[3], const double normal[3], const double (*corner)[3],
                             size_t count);
+
+/*
+ * The same for a polygon wholly above the horizon, corners relative to the point. *condition >= 1: by how much
+ * cancellation between the edges enlarges rounding (relative); infinite for F = 0.
+ */
+double hpr_lambert_above(hpr_vec3 normal, const hpr_vec3 *corner, size_t count, double *condition);
 
 #endif

@@ -1,6 +1,7 @@
 /* The simple evaluation of kernel blocks: one group of points after the other, one receiver point at a time.
  */
 #include "quadrature/block.h"
+#include "quadrature/homothety.h"
 #include "quadrature/rule.h"
 
 #include <string.h>
@@ -8,16 +9,20 @@
 struct hpr_quadrature {
     hpr_context *context;
     hpr_gauss_table gauss;
+    hpr_basis_table basis;
 };
 
 struct hpr_block_scratch {
     hpr_context *context;
     hpr_group points, trial; /* the choice of rules works in `trial` while `points` is being evaluated */
-    double inner_basis[(size_t)HPR_POINTS_MAX * HPR_MAX_BASIS]; /* [points][functions] */
+    double inner_basis[(size_t)HPR_POINTS_MAX * HPR_MAX_BASIS]; /* [functions][points of the group] */
+    double recurrences[4 * HPR_POINTS_MAX];
     double outer_basis[HPR_MAX_BASIS];
     double transported[HPR_MAX_BASIS]; /* sum over inner points of G phi_l */
     double kernel[HPR_POINTS_MAX];
     hpr_convex blocker[HPR_CLIP_BLOCKERS];
+    double inside[2][(size_t)HPR_MAX_BASIS * HPR_MAX_BASIS]; /* sums that homotheties are to be applied to */
+    double matrices[3 * (size_t)HPR_MAX_BASIS * HPR_MAX_BASIS];
 };
 
 hpr_status hpr_quadrature_create(hpr_context *ctx, hpr_quadrature **quadrature)
@@ -27,6 +32,7 @@ hpr_status hpr_quadrature_create(hpr_context *ctx, hpr_quadrature **quadrature)
         return status;
     (*quadrature)->context = ctx;
     hpr_gauss_table_init(&(*quadrature)->gauss);
+    hpr_basis_table_init(&(*quadrature)->basis);
     return HPR_OK;
 }
 
@@ -58,6 +64,7 @@ typedef struct evaluation {
     const hpr_pair *pair;
     size_t n_recv, n_send;
     double *block;
+    double *sum; /* where groups are added: the block or what a homothety is to be applied to */
     hpr_block_scratch *scratch;
     hpr_block_result *result;
 } evaluation;
@@ -98,14 +105,21 @@ static void sample_visibility(const evaluation *e, const group_side *outer, int 
     e->result->ray_count += (uint64_t)inner->points->count;
 }
 
-/* sum over inner points of kernel * phi_l. */
+/* sum over inner points of kernel * phi_l, in four interleaved sums. */
 static void transport(const hpr_block_scratch *scratch, const group_side *inner, double *transported)
 {
-    memset(transported, 0, inner->basis_count * sizeof *transported);
-    for (int j = 0; j < inner->points->count; j++) {
-        const double *basis = scratch->inner_basis + (size_t)j * inner->basis_count;
-        for (size_t l = 0; l < inner->basis_count; l++)
-            transported[l] += scratch->kernel[j] * basis[l];
+    size_t count = (size_t)inner->points->count, whole = count - count % 4;
+    const double *kernel = scratch->kernel;
+    for (size_t l = 0; l < inner->basis_count; l++) {
+        const double *basis = scratch->inner_basis + l * count;
+        double sum[4] = {0, 0, 0, 0};
+        for (size_t j = 0; j < whole; j += 4) {
+            for (size_t k = 0; k < 4; k++)
+                sum[k] += kernel[j + k] * basis[j + k];
+        }
+        for (size_t j = whole; j < count; j++)
+            sum[0] += kernel[j] * basis[j];
+        transported[l] = (sum[0] + sum[1]) + (sum[2] + sum[3]);
     }
 }
 
@@ -114,7 +128,7 @@ static void add_product(const evaluation *e, const double *left, const double *r
 {
     for (size_t k = 0; k < e->n_recv; k++) {
         for (size_t l = 0; l < e->n_send; l++)
-            e->block[k * e->n_send + l] += left[k] * right[l];
+            e->sum[k * e->n_send + l] += left[k] * right[l];
     }
 }
 
@@ -128,9 +142,9 @@ static void add_group(void *user, const hpr_group *group)
     bool by_recv = group->recv.count <= group->send.count;
     const group_side *outer = by_recv ? &recv : &send, *inner = by_recv ? &send : &recv;
     const double scale = group->scale / 3.14159265358979323846;
-    for (int j = 0; j < inner->points->count; j++)
-        hpr_basis_eval(inner->frame->shape, inner->frame->degree, inner->points->s[j], inner->points->t[j],
-                       scratch->inner_basis + (size_t)j * inner->basis_count);
+    size_t count = (size_t)inner->points->count;
+    hpr_basis_many(&e->quadrature->basis, inner->frame->shape, inner->frame->degree, count, inner->points->s,
+                   inner->points->t, count, scratch->inner_basis, scratch->recurrences);
     for (int i = 0; i < outer->points->count; i++) {
         kernel_row(outer->points, i, inner->points, scale * outer->points->weight[i], scratch->kernel);
         if (e->result->sampled)
@@ -147,6 +161,8 @@ static void add_group(void *user, const hpr_group *group)
 static void add_rule(void *user, const hpr_rule *rule)
 {
     evaluation *e = user;
+    int homothety = rule->kind == HPR_RULE_NESTED ? rule->nested.homothety : 0;
+    e->sum = homothety ? e->scratch->inside[homothety - 1] : e->block;
     hpr_rule_points(&e->quadrature->gauss, e->pair, rule, &e->scratch->points, add_group, e);
 }
 
@@ -187,7 +203,10 @@ hpr_block_result hpr_block_ref(const hpr_quadrature *quadrature, const hpr_block
                     .block = block,
                     .scratch = scratch,
                     .result = &result};
-    memset(block, 0, e.n_recv * e.n_send * sizeof *block);
+    size_t bytes = e.n_recv * e.n_send * sizeof *block;
+    memset(block, 0, bytes);
+    for (int k = 0; k < 2; k++)
+        memset(scratch->inside[k], 0, bytes);
     int degree = task->recv.degree > task->send.degree ? task->recv.degree : task->send.degree;
     hpr_rule_demand demand = {.tolerance = task->tolerance,
                               .negligible = task->negligible,
@@ -203,6 +222,9 @@ hpr_block_result hpr_block_ref(const hpr_quadrature *quadrature, const hpr_block
     }
     hpr_rule_outcome outcome =
         hpr_rules_choose(&quadrature->gauss, &pair, &demand, &scratch->trial, add_rule, &e);
+    for (int k = outcome.centre_count - 1; k >= 0; k--)
+        hpr_homothety_apply(&quadrature->gauss, &pair, &outcome.centre[k], k == 0, scratch->inside[k],
+                            k == 0 ? block : scratch->inside[0], scratch->matrices);
     double factor = area_factor(&task->recv) * area_factor(&task->send);
     for (size_t i = 0; i < e.n_recv * e.n_send; i++)
         block[i] *= factor;

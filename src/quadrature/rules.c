@@ -1,6 +1,9 @@
 /* Which rule for which pair of pieces: product Gauss by an error bound, vertex and edge rules by trial. */
 #include "quadrature/contact.h"
+#include "quadrature/homothety.h"
 #include "quadrature/rule.h"
+
+#include <string.h>
 
 enum { MAX_DEPTH = 60, MAX_TOUCHING_DEPTH = 40, MAX_RULES = 20000 };
 
@@ -14,6 +17,7 @@ typedef struct chooser {
     void *user;
     int kernel_cap; /* product: more nodes than this for the kernel, and the larger cell is halved */
     int rule_count;
+    const double *budget, *budget_used; /* kernels, NULL: any number */
     hpr_rule_outcome outcome;
 } chooser;
 
@@ -94,6 +98,12 @@ static int clamp_nodes(chooser *c, int nodes, int least)
     return nodes;
 }
 
+static void count_product(void *user, const hpr_rule *rule)
+{
+    double *kernels = user;
+    *kernels += (double)(rule->recv_nodes[0] * rule->recv_nodes[1]) * (rule->send_nodes[0] * rule->send_nodes[1]);
+}
+
 static void separate(chooser *c, const hpr_cell *recv, const hpr_cell *send, int depth)
 {
     hpr_vec3 a[4], b[4];
@@ -108,6 +118,8 @@ static void separate(chooser *c, const hpr_cell *recv, const hpr_cell *send, int
             longest = i;
     }
     bool stop = depth >= MAX_DEPTH || c->rule_count >= MAX_RULES;
+    if (c->budget && *c->budget_used >= *c->budget)
+        return;
     if (nodes[longest] > c->kernel_cap && !stop) {
         hpr_cell half[2];
         halve(longest < 2 ? &c->pair->recv : &c->pair->send, longest < 2 ? recv : send, longest % 2, half);
@@ -296,19 +308,6 @@ static bool emit_pieces(chooser *c, const hpr_contact *contact)
     return true;
 }
 
-/* Nearer than this part of the smaller side's length, graded halving costs more than the nested rule, whose
- * inner integral is cheap only for constants. */
-static bool very_near(const chooser *c, const hpr_cell *recv, const hpr_cell *send)
-{
-    static const double part_for_constants = 0.2, part_for_polynomials = 0.05;
-    double part = constants(c) ? part_for_constants : part_for_polynomials;
-    hpr_vec3 a[4], b[4];
-    int na = hpr_cell_corners(&c->pair->recv, recv, a), nb = hpr_cell_corners(&c->pair->send, send, b);
-    extent ea = cell_extent(&c->pair->recv, recv), eb = cell_extent(&c->pair->send, send);
-    double smaller = fmin(fmax(ea.length[0], ea.length[1]), fmax(eb.length[0], eb.length[1]));
-    return hpr_polygon_distance(a, na, b, nb) < part * smaller;
-}
-
 static void clipped(chooser *c, const hpr_contact *contact)
 {
     const hpr_clipped_demand demand = {c->demand->tolerance, c->demand->negligible};
@@ -316,6 +315,48 @@ static void clipped(chooser *c, const hpr_contact *contact)
                                                      &contact->send_front, &demand, c->sink, c->user);
     c->outcome.stopped_short |= !outcome.complete;
     c->outcome.clip_count += outcome.clip_count;
+}
+
+/* Kernels that the product rules of a separate pair would need, counted up to a limit. */
+static double product_cost(const chooser *c, const hpr_contact *contact, double limit)
+{
+    double kernels = 0;
+    chooser trial = *c;
+    trial.sink = count_product;
+    trial.user = &kernels;
+    trial.budget = &limit;
+    trial.budget_used = &kernels;
+    emit_pieces(&trial, contact);
+    return trial.outcome.stopped_short ? limit : kernels;
+}
+
+static void reduce(chooser *c, const hpr_homothety *homothety, double tolerance)
+{
+    c->outcome.centre_count = homothety->centre_count;
+    memcpy(c->outcome.centre, homothety->centre, sizeof c->outcome.centre);
+    c->outcome.stopped_short |=
+        !hpr_homothety_choose(c->gauss, c->pair, homothety, tolerance, c->sink, c->user);
+}
+
+/* Pairs that do not touch: product rules where those are cheap, a homothety where it loses nothing, else the
+ * nested rule. The limits in kernels are where their times are about equal, measured. */
+static void near_or_far(chooser *c, const hpr_contact *contact)
+{
+    static const double loss = 1e-14, rounding = 1e-15;
+    double cheap = constants(c) ? 1e5 : 2e6, dear = constants(c) ? 5e5 : 3e7, condition;
+    double cost = product_cost(c, contact, dear);
+    if (cost > cheap) {
+        hpr_homothety apart = hpr_homothety_apart(c->gauss, c->pair, contact, c->group, &condition);
+        if (condition * loss < c->tolerance) {
+            reduce(c, &apart, fmax(c->tolerance / condition, rounding));
+            return;
+        }
+    }
+    if (cost < dear)
+        emit_pieces(c, contact);
+    else
+        c->outcome.stopped_short |= !hpr_nested_choose(c->gauss, c->pair, &contact->recv_front,
+                                                       &contact->send_front, c->tolerance, c->sink, c->user);
 }
 
 static void integrate(chooser *c, const hpr_cell *recv, const hpr_cell *send)
@@ -330,10 +371,16 @@ static void integrate(chooser *c, const hpr_cell *recv, const hpr_cell *send)
         clipped(c, &contact);
         return;
     }
-    bool nested = separate && !sampled && very_near(c, recv, send);
-    if (nested || !emit_pieces(c, &contact))
-        c->outcome.stopped_short |= !hpr_nested_choose(c->gauss, c->pair, &contact.recv_front,
-                                                       &contact.send_front, c->tolerance, c->sink, c->user);
+    if (sampled) {
+        emit_pieces(c, &contact);
+        return;
+    }
+    if (!separate) {
+        hpr_homothety touching = hpr_homothety_touching(&contact);
+        reduce(c, &touching, c->tolerance);
+        return;
+    }
+    near_or_far(c, &contact);
 }
 
 int hpr_total_degree(const hpr_element_frame *frame)

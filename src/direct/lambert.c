@@ -17,19 +17,23 @@ static size_t cut_at_horizon(hpr_vec3 normal, const hpr_vec3 *in, size_t count, 
     return kept;
 }
 
-double hpr_lambert_above(hpr_vec3 normal, const hpr_vec3 *corner, size_t count, double *condition)
+hpr_lambert hpr_lambert_above(hpr_vec3 normal, const hpr_vec3 *corner, size_t count)
 {
-    double sum = 0, size = 0;
+    double sum = 0, size = 0, error = 0;
     for (size_t i = 0; i < count; i++) {
         hpr_vec3 a = corner[i], b = corner[(i + 1) % count];
         hpr_vec3 cross = hpr_cross(a, b);
         double sine = hpr_length(cross), cosine = hpr_dot(a, b);
-        double term = sine > 0 ? atan2(sine, cosine) * hpr_dot(normal, cross) / sine : 0;
+        if (!(sine > 0))
+            continue;
+        double angle = atan2(sine, cosine), term = angle * hpr_dot(normal, cross) / sine;
         sum += term;
         size += fabs(term);
+        /* the cross product errs by |a||b| roundoffs, so its direction by their ratio to the sine */
+        error += fmax(angle * sqrt(hpr_dot(a, a) * hpr_dot(b, b)) / sine, 1);
     }
-    *condition = size / fabs(sum);
-    return fabs(sum) / (2 * 3.14159265358979323846);
+    sum = fabs(sum);
+    return (hpr_lambert){sum / (2 * 3.14159265358979323846), size / sum, error / sum};
 }
 
 double hpr_lambert_fraction(const double point[3], const double normal[3], const double (*corner)[3],
@@ -37,9 +41,8 @@ double hpr_lambert_fraction(const double point[3], const double normal[3], const
 {
     hpr_vec3 x = hpr_vec3_load(point), n = hpr_vec3_load(normal);
     hpr_vec3 whole[MAX_CORNERS], above[2 * MAX_CORNERS];
-    double condition;
     for (size_t i = 0; i < count && i < MAX_CORNERS; i++)
         whole[i] = hpr_sub(hpr_vec3_load(corner[i]), x);
     size_t kept = cut_at_horizon(n, whole, count, above);
-    return hpr_lambert_above(n, above, kept, &condition);
+    return kept ? hpr_lambert_above(n, above, kept).fraction : 0;
 }

@@ -47,25 +47,28 @@ double hpr_bernstein(hpr_vec3 from, hpr_vec3 to, const hpr_vec3 *outline, int co
 /* Beyond this, nodes are as few as they get. */
 static const double largest = 1e4;
 
-/* What n-point Gauss leaves of 1/r^4, relative, over ellipse^(-2n); observed for roots of r^2 all around the
- * ellipse: 0.1 to 0.9 of this for ellipses of 1.3 to 4. */
-static double remainder_factor(double ellipse, double nodes)
+static double factor(const hpr_convergence *c, double nodes)
 {
-    return 1.5 * nodes * nodes * nodes * (ellipse - 1);
+    double pole = 1.5 * nodes * nodes * nodes * (fmin(c->ellipse, largest) - 1);
+    return fmin(c->strength, pole) * fmin(c->lift, largest);
 }
 
-int hpr_bernstein_nodes(double bernstein, double tolerance, int degree, double growth)
+double hpr_polygon_strength(double cancellation)
 {
-    double ellipse = fmin(bernstein, largest), rate = 2 * log(ellipse), n = 4;
+    return 4 * cancellation;
+}
+
+int hpr_convergence_nodes(const hpr_convergence *c, double tolerance)
+{
+    double rate = 2 * log(fmin(c->ellipse, largest)), n = 4;
     for (int i = 0; i < 3 && n < 1000; i++)
-        n = fmax((log(remainder_factor(ellipse, n) / tolerance) + degree * log(growth)) / rate, 1);
+        n = fmax((log(factor(c, n) / tolerance) + c->degree * log(c->growth)) / rate, 1);
     return n < 1000 ? (int)ceil(n) : 1000;
 }
 
-double hpr_bernstein_error(double bernstein, int nodes)
+double hpr_convergence_error(const hpr_convergence *c, int nodes)
 {
-    double ellipse = fmin(bernstein, largest);
-    return remainder_factor(ellipse, nodes) * pow(ellipse, -2.0 * nodes);
+    return factor(c, nodes) * pow(c->growth, c->degree) * pow(fmin(c->ellipse, largest), -2.0 * nodes);
 }
 
 double hpr_chord_growth(double bernstein, double low, double high)

@@ -39,6 +39,7 @@ typedef struct hpr_block_result {
     bool seen;          /* false: the block is zero because neither faces the other */
     bool stopped_short; /* the tolerance was not reached */
     bool sampled;       /* visibility was sampled */
+    double error;       /* estimated, absolute, of the block's entries */
     uint64_t kernel_count, ray_count, clip_count;
 } hpr_block_result;
 

@@ -22,6 +22,7 @@ struct hpr_block_scratch {
     double kernel[HPR_POINTS_MAX];
     hpr_convex blocker[HPR_CLIP_BLOCKERS];
     double inside[2][(size_t)HPR_MAX_BASIS * HPR_MAX_BASIS]; /* sums that homotheties are to be applied to */
+    double part[(size_t)HPR_MAX_BASIS * HPR_MAX_BASIS];      /* what one rule contributes */
     double matrices[3 * (size_t)HPR_MAX_BASIS * HPR_MAX_BASIS];
 };
 
@@ -64,7 +65,9 @@ typedef struct evaluation {
     const hpr_pair *pair;
     size_t n_recv, n_send;
     double *block;
-    double *sum; /* where groups are added: the block or what a homothety is to be applied to */
+    /* of the block's sum and of those that homotheties are to be applied to: estimated error, and the sum of
+     * what the rules contribute at most to an entry */
+    double error[3], size[3];
     hpr_block_scratch *scratch;
     hpr_block_result *result;
 } evaluation;
@@ -123,12 +126,12 @@ static void transport(const hpr_block_scratch *scratch, const group_side *inner,
     }
 }
 
-/* block += left rightT, left [n_recv], right [n_send] */
+/* part += left rightT, left [n_recv], right [n_send] */
 static void add_product(const evaluation *e, const double *left, const double *right)
 {
     for (size_t k = 0; k < e->n_recv; k++) {
         for (size_t l = 0; l < e->n_send; l++)
-            e->sum[k * e->n_send + l] += left[k] * right[l];
+            e->scratch->part[k * e->n_send + l] += left[k] * right[l];
     }
 }
 
@@ -158,12 +161,46 @@ static void add_group(void *user, const hpr_group *group)
     e->result->kernel_count += (uint64_t)recv.points->count * (uint64_t)send.points->count;
 }
 
+static double largest(const double *entry, size_t count)
+{
+    double most = 0;
+    for (size_t i = 0; i < count; i++)
+        most = fmax(most, fabs(entry[i]));
+    return most;
+}
+
+static void add(double *to, const double *from, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        to[i] += from[i];
+}
+
 static void add_rule(void *user, const hpr_rule *rule)
 {
     evaluation *e = user;
-    int homothety = rule->kind == HPR_RULE_NESTED ? rule->nested.homothety : 0;
-    e->sum = homothety ? e->scratch->inside[homothety - 1] : e->block;
+    size_t count = e->n_recv * e->n_send;
+    int level = rule->kind == HPR_RULE_NESTED ? rule->nested.homothety : 0;
+    memset(e->scratch->part, 0, count * sizeof(double));
     hpr_rule_points(&e->quadrature->gauss, e->pair, rule, &e->scratch->points, add_group, e);
+    add(level ? e->scratch->inside[level - 1] : e->block, e->scratch->part, count);
+    double most = largest(e->scratch->part, count);
+    e->error[level] += rule->error * most;
+    e->size[level] += most;
+}
+
+/* Applies homothety `level` to its sum. Errors grow as the sum itself does. */
+static void apply_homothety(evaluation *e, int level, const hpr_centre *centre)
+{
+    hpr_block_scratch *scratch = e->scratch;
+    size_t count = e->n_recv * e->n_send;
+    const double *inside = scratch->inside[level - 1];
+    double *part = scratch->part;
+    memset(part, 0, count * sizeof *part);
+    hpr_homothety_apply(&e->quadrature->gauss, e->pair, centre, level == 1, inside, part, scratch->matrices);
+    double before = largest(inside, count), grown = before > 0 ? largest(part, count) / before : 0;
+    add(level == 2 ? scratch->inside[0] : e->block, part, count);
+    e->error[level - 1] += grown * e->error[level];
+    e->size[level - 1] += grown * e->size[level];
 }
 
 /* From parameter measure to area, and from phi to T. */
@@ -192,6 +229,8 @@ hpr_block_result hpr_block_ref(const hpr_quadrature *quadrature, const hpr_block
 {
     /* Sampled visibility errs by a part in the number of rays; finer rules for the kernel would be wasted. */
     static const double sampled_tolerance = 1e-3;
+    /* Of 30000 random pairs one in 200 errs by more than this part of the rules' bounds. */
+    static const double observed = 0.4;
     hpr_block_result result = {0};
     hpr_pair pair;
     hpr_pair_init(&pair, &task->recv, &task->send);
@@ -222,12 +261,12 @@ hpr_block_result hpr_block_ref(const hpr_quadrature *quadrature, const hpr_block
     }
     hpr_rule_outcome outcome =
         hpr_rules_choose(&quadrature->gauss, &pair, &demand, &scratch->trial, add_rule, &e);
-    for (int k = outcome.centre_count - 1; k >= 0; k--)
-        hpr_homothety_apply(&quadrature->gauss, &pair, &outcome.centre[k], k == 0, scratch->inside[k],
-                            k == 0 ? block : scratch->inside[0], scratch->matrices);
+    for (int level = outcome.centre_count; level > 0; level--)
+        apply_homothety(&e, level, &outcome.centre[level - 1]);
     double factor = area_factor(&task->recv) * area_factor(&task->send);
     for (size_t i = 0; i < e.n_recv * e.n_send; i++)
         block[i] *= factor;
+    result.error = factor * (observed * e.error[0] + outcome.rounding * e.size[0]) + outcome.error;
     result.seen = outcome.seen;
     result.stopped_short = outcome.stopped_short;
     result.kernel_count += outcome.kernel_count;

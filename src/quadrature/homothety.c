@@ -1,6 +1,8 @@
 #include "quadrature/homothety.h"
 
+#include "direct/lambert.h"
 #include "quadrature/analytic.h"
+#include "quadrature/polar.h"
 
 #include <string.h>
 
@@ -63,22 +65,39 @@ static hpr_rule begin(const chooser *c, int outer, int level, double weight)
     return rule;
 }
 
+/* How Gauss converges for the inner set of a rule along a segment of the outer side. */
+static hpr_convergence convergence(const chooser *c, const hpr_nested *rule, const double from[2],
+                                   const double to[2])
+{
+    const side *outer = &c->side[!rule->recv_is_outer], *inner = &c->side[rule->recv_is_outer];
+    hpr_vec3 outline[HPR_POLYGON_MAX], a = placed(c, outer, from, rule->outer_origin),
+                                       b = placed(c, outer, to, rule->outer_origin);
+    int count = rule->inner.count;
+    for (int i = 0; i < count; i++)
+        outline[i] = placed(c, inner, rule->inner.corner[i], rule->inner_origin);
+    double ellipse = hpr_bernstein(a, b, outline, count);
+    hpr_convergence con = {ellipse, INFINITY, ellipse, 1, hpr_total_degree(outer->frame)};
+    if (con.degree) {
+        double chord[2];
+        hpr_frame_chord(outer->frame->shape, from, to, chord);
+        con.growth = hpr_chord_growth(con.ellipse, chord[0], chord[1]);
+    }
+    if (count > 2) {
+        hpr_vec3 middle = hpr_scale(hpr_add(a, b), 0.5);
+        for (int i = 0; i < count; i++)
+            outline[i] = hpr_sub(outline[i], middle);
+        con.strength =
+            hpr_polygon_strength(hpr_lambert_above(outer->frame->normal, outline, (size_t)count).cancellation);
+    }
+    return con;
+}
+
 /* Emits a rule over the outer segment in panels that the inner set lets Gauss resolve. */
 static void along_segment(chooser *c, const hpr_rule *whole, const double from[2], const double to[2],
                           double weight, int depth)
 {
-    const hpr_nested *w = &whole->nested;
-    const side *outer = &c->side[!w->recv_is_outer], *inner = &c->side[w->recv_is_outer];
-    hpr_vec3 outline[HPR_POLYGON_MAX];
-    for (int i = 0; i < w->inner.count; i++)
-        outline[i] = placed(c, inner, w->inner.corner[i], w->inner_origin);
-    double ellipse = hpr_bernstein(placed(c, outer, from, w->outer_origin), placed(c, outer, to, w->outer_origin),
-                                   outline, w->inner.count);
-    double chord[2];
-    hpr_frame_chord(outer->frame->shape, from, to, chord);
-    double growth = hpr_chord_growth(ellipse, chord[0], chord[1]);
-    int degree = hpr_total_degree(outer->frame), most = c->cap + (degree + 1) / 2;
-    int nodes = hpr_bernstein_nodes(ellipse, c->tolerance, degree, growth);
+    const hpr_convergence con = convergence(c, &whole->nested, from, to);
+    int nodes = hpr_convergence_nodes(&con, c->tolerance), most = c->cap + (con.degree + 1) / 2;
     if (nodes > most && depth < MAX_DEPTH) {
         const double middle[2] = {(from[0] + to[0]) / 2, (from[1] + to[1]) / 2};
         along_segment(c, whole, from, middle, weight / 2, depth + 1);
@@ -94,7 +113,7 @@ static void along_segment(chooser *c, const hpr_rule *whole, const double from[2
     n->weight = weight;
     memcpy(n->outer[0], from, sizeof n->outer[0]);
     memcpy(n->outer[1], to, sizeof n->outer[1]);
-    rule.error = c->tolerance * 2;
+    rule.error = hpr_convergence_error(&con, nodes) + hpr_polar_error(&n->inner, c->tolerance);
     c->sink(c->user, &rule);
 }
 
@@ -106,7 +125,7 @@ static void from_contact(chooser *c, int outer, const double end[2], double weig
     hpr_nested *n = &rule.nested;
     n->inner = *inner->polygon;
     memcpy(n->outer[0], end, sizeof n->outer[0]);
-    rule.error = c->tolerance;
+    rule.error = hpr_polar_error(&n->inner, c->tolerance);
     c->sink(c->user, &rule);
     n->inner.count = 2;
     for (int i = 0; i < inner->polygon->count; i++) {
@@ -162,7 +181,7 @@ bool hpr_homothety_choose(const hpr_gauss_table *gauss, const hpr_pair *pair, co
 
 hpr_homothety hpr_homothety_touching(const hpr_contact *contact)
 {
-    hpr_homothety h = {contact->recv_front, contact->send_front, true, contact->point_count, {{{0}}}};
+    hpr_homothety h = {contact->recv_front, contact->send_front, true, contact->point_count, {{{0}, {0}}}};
     for (int k = 0; k < contact->point_count; k++) {
         memcpy(h.centre[k].recv, contact->recv_point[k], sizeof h.centre[k].recv);
         memcpy(h.centre[k].send, contact->send_point[k], sizeof h.centre[k].send);
@@ -242,7 +261,7 @@ hpr_homothety hpr_homothety_apart(const hpr_gauss_table *gauss, const hpr_pair *
                                   hpr_group *group, double *condition)
 {
     static const double parallel = 1e-6;
-    hpr_homothety h = {contact->recv_front, contact->send_front, false, 1, {{{0}}}};
+    hpr_homothety h = {contact->recv_front, contact->send_front, false, 1, {{{0}, {0}}}};
     hpr_vec3 direction = hpr_cross(pair->recv.normal, pair->send.normal);
     double sine = hpr_length(direction), recv[2], send[2];
     *condition = INFINITY;

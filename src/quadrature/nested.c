@@ -8,11 +8,10 @@
  * like the square of the logarithm of the distance. Source: the idea of an outer integral over the exact inner
  * one as in Schroder & Hanrahan 1993, sec. 5, and Walton 2002 (View3D), with polynomials.
  */
+#include "direct/lambert.h"
 #include "quadrature/analytic.h"
 #include "quadrature/cuts.h"
-#include "quadrature/rule.h"
-
-#include "direct/lambert.h"
+#include "quadrature/polar.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -50,33 +49,40 @@ static void between(const double a[2], const double b[2], double f, double at[2]
         at[i] = a[i] + f * (b[i] - a[i]);
 }
 
-/* Nodes for the lines u = 0, 1/2, 1 (axis 1: those lines run along v) or v = 0, 1/2, 1. */
-static int quad_nodes(const nested *n, const quad *q, int axis, double tolerance)
+/* Nodes along one axis and the error that they leave. */
+typedef struct grid {
+    int nodes;
+    double error;
+} grid;
+
+/* For the lines u = 0, 1/2, 1 (axis 1: those lines run along v) or v = 0, 1/2, 1. */
+static grid quad_grid(const nested *n, const quad *q, int axis, double strength, double tolerance)
 {
     const double(*c)[2] = q->corner;
-    int most = 1, degree = hpr_total_degree(n->outer);
+    grid most = {1, 0};
     for (int k = 0; k < 3; k++) {
-        double from[2], to[2], chord[2], growth = 1;
+        double from[2], to[2], chord[2];
         between(c[0], axis == 0 ? c[3] : c[1], 0.5 * k, from);
         between(axis == 0 ? c[1] : c[3], c[2], 0.5 * k, to);
         double ellipse = hpr_bernstein(place(n, from), place(n, to), n->outline, n->count);
-        if (degree && isfinite(ellipse)) {
+        hpr_convergence con = {ellipse, strength, ellipse, 1, hpr_total_degree(n->outer)};
+        if (con.degree && isfinite(con.ellipse)) {
             hpr_frame_chord(n->outer->shape, from, to, chord);
-            growth = hpr_chord_growth(ellipse, chord[0], chord[1]);
+            con.growth = hpr_chord_growth(con.ellipse, chord[0], chord[1]);
         }
-        int nodes = hpr_bernstein_nodes(ellipse, tolerance, degree, growth);
-        most = nodes > most ? nodes : most;
+        int nodes = hpr_convergence_nodes(&con, tolerance);
+        if (nodes >= most.nodes)
+            most = (grid){nodes, hpr_convergence_error(&con, nodes)};
     }
     return most;
 }
 
-static double fraction_at(const nested *n, const double at[2])
+static hpr_lambert fraction_at(const nested *n, const double at[2])
 {
     hpr_vec3 x = place(n, at), corner[HPR_POLYGON_MAX];
-    double condition;
     for (int i = 0; i < n->count; i++)
         corner[i] = hpr_sub(n->outline[i], x);
-    return hpr_lambert_above(n->outer->normal, corner, (size_t)n->count, &condition);
+    return hpr_lambert_above(n->outer->normal, corner, (size_t)n->count);
 }
 
 static double quad_area(const quad *q)
@@ -86,10 +92,11 @@ static double quad_area(const quad *q)
     return fabs(d1[0] * d2[1] - d1[1] * d2[0]) / 2;
 }
 
-/* About what a quadrilateral contributes. */
-static double contribution(const nested *n, const quad *q)
+/* About what a quadrilateral contributes, and the least cancellation there. */
+static double contribution(const nested *n, const quad *q, double *cancellation)
 {
     double most = 0;
+    *cancellation = INFINITY;
     for (int j = 0; j < 3; j++) {
         double from[2], to[2];
         between(q->corner[0], q->corner[3], 0.1 + 0.4 * j, from);
@@ -97,21 +104,25 @@ static double contribution(const nested *n, const quad *q)
         for (int i = 0; i < 3; i++) {
             double at[2];
             between(from, to, 0.1 + 0.4 * i, at);
-            most = fmax(most, fraction_at(n, at));
+            hpr_lambert here = fraction_at(n, at);
+            most = fmax(most, here.fraction);
+            *cancellation = fmin(*cancellation, here.cancellation);
         }
     }
     return most * quad_area(q);
 }
 
-static void emit(nested *n, const quad *q, const int nodes[2], double tolerance)
+static void emit(nested *n, const quad *q, const grid axes[2], double tolerance)
 {
     hpr_rule rule = n->rule;
     memcpy(rule.nested.outer, q->corner, sizeof q->corner);
     rule.nested.tolerance = tolerance;
-    rule.error = 3 * tolerance;
+    rule.error = hpr_polar_error(&rule.nested.inner, tolerance);
     for (int axis = 0; axis < 2; axis++) {
-        n->reached &= nodes[axis] <= n->cap;
-        rule.nested.nodes[axis] = nodes[axis] < HPR_NODES_MAX ? nodes[axis] : HPR_NODES_MAX;
+        int nodes = axes[axis].nodes;
+        n->reached &= nodes <= n->cap;
+        rule.nested.nodes[axis] = nodes < HPR_NODES_MAX ? nodes : HPR_NODES_MAX;
+        rule.error += axes[axis].error;
     }
     n->rule_count++;
     n->sink(n->user, &rule);
@@ -141,27 +152,29 @@ static void halve(const quad *q, int axis, quad half[2])
 static void refine(nested *n, const quad *q, int depth)
 {
     static const double share = 0.1, loosest = 1e-2;
-    double part = contribution(n, q);
+    double cancellation, part = contribution(n, q, &cancellation);
+    double strength = hpr_polygon_strength(cancellation);
     double tolerance = fmin(loosest, fmax(n->tolerance, share * n->tolerance * n->total / part));
-    int nodes[2] = {quad_nodes(n, q, 0, tolerance), quad_nodes(n, q, 1, tolerance)};
-    int axis = nodes[1] > nodes[0];
+    grid axes[2] = {quad_grid(n, q, 0, strength, tolerance), quad_grid(n, q, 1, strength, tolerance)};
+    int axis = axes[1].nodes > axes[0].nodes;
     bool stop = depth >= MAX_DEPTH || n->rule_count >= MAX_RULES;
-    if (!stop && nodes[axis] > n->cap) {
+    if (!stop && axes[axis].nodes > n->cap) {
         quad half[2];
         halve(q, axis, half);
         refine(n, &half[0], depth + 1);
         refine(n, &half[1], depth + 1);
         return;
     }
-    emit(n, q, nodes, tolerance);
+    emit(n, q, axes, tolerance);
 }
 
 static void add_quad(nested *n, const quad *q)
 {
     if (!(quad_area(q) > 0))
         return;
+    double cancellation;
     if (n->counting)
-        n->total += contribution(n, q) / 2;
+        n->total += contribution(n, q, &cancellation) / 2;
     else
         refine(n, q, 0);
 }
@@ -226,7 +239,8 @@ static void add_triangle(nested *n, const double p[2], const double q[2], const 
     quad piece;
     if (!(t.length > 0))
         return;
-    if (hpr_bernstein_nodes(hpr_bernstein(start, end, n->outline, n->count), n->tolerance, 0, 1) <= n->cap) {
+    const hpr_convergence con = {hpr_bernstein(start, end, n->outline, n->count), INFINITY, 1, 1, 0};
+    if (hpr_convergence_nodes(&con, n->tolerance) <= n->cap) {
         const double *corner[4] = {p, q, apex, apex};
         for (int k = 0; k < 4; k++)
             memcpy(piece.corner[k], corner[k], sizeof piece.corner[k]);

@@ -3,6 +3,8 @@
 #include "direct/lambert.h"
 #include "quadrature/polar.h"
 
+#include <float.h>
+
 typedef struct nest {
     const hpr_nested *rule;
     const hpr_element_frame *outer, *inner;
@@ -82,18 +84,17 @@ static void set_outer(nest *n, const double place[2], double weight)
 /* True if the closed form serves: then it stands in the outer weight, next to one inner point at distance 1. */
 static bool closed_form(nest *n, hpr_vec3 x, const double place[2], double weight)
 {
-    static const double least_condition = 64, rounding = 1e-16;
+    static const double least = 64, share = 0.01;
     hpr_polar *p = &n->polar;
     hpr_vec3 corner[HPR_POLYGON_MAX];
-    double condition;
     if (p->degree || p->count == 2)
         return false;
     for (int i = 0; i < p->count; i++)
         corner[i] = hpr_sub(p->corner[i], x);
-    double fraction = hpr_lambert_above(n->outer->normal, corner, p->count, &condition);
-    if (!(condition <= fmax(least_condition, 0.1 * p->tolerance / rounding)))
+    hpr_lambert closed = hpr_lambert_above(n->outer->normal, corner, (size_t)p->count);
+    if (!(closed.rounding <= fmax(least, share * p->tolerance / DBL_EPSILON)))
         return false;
-    set_outer(n, place, weight * fraction * 3.14159265358979323846 / p->jacobian);
+    set_outer(n, place, weight * closed.fraction * 3.14159265358979323846 / p->jacobian);
     hpr_points *inner = p->points;
     inner->count = 1;
     inner->s[0] = inner->t[0] = 0.25;

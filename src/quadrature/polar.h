@@ -29,6 +29,10 @@ typedef struct hpr_polar {
     void *user;
 } hpr_polar;
 
+/* The relative error that an integral over the inner set is expected to have. Observed: 99 of 100 points err
+ * by less, on average over the points of a rule by far less. */
+double hpr_polar_error(const hpr_polygon *inner, double tolerance);
+
 /* Hands over groups whose inner points are all points seen from x (relative to the origin, at height z > 0 over
  * the polygon's plane), their positions relative to x; the other side of the group must be filled. */
 void hpr_polar_points(const hpr_polar *polar, hpr_vec3 x, double z);

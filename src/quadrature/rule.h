@@ -127,6 +127,7 @@ hpr_outer_point hpr_outer_at(const hpr_gauss_table *gauss, const hpr_element_fra
  * the kernel's growth near the ellipse, observed.
  */
 int hpr_kernel_nodes(double length, double distance, double tolerance);
+double hpr_kernel_error(double length, double distance, int nodes);
 
 /* sum of a group with phi = 1: its part of sqrt(A_r A_s) K^00 over the parameter measures. */
 double hpr_group_sum(const hpr_group *group);
@@ -161,6 +162,8 @@ typedef struct hpr_centre {
 typedef struct hpr_rule_outcome {
     bool seen;             /* false: neither faces the other, the block is zero */
     bool stopped_short;    /* some rule misses the tolerance */
+    double error;          /* estimated, absolute, of the dimensionless block; beside the rules' own */
+    double rounding;       /* relative to what the rules contribute */
     uint64_t kernel_count; /* kernels that the choice itself evaluated */
     uint64_t clip_count;   /* points for which the choice clipped the other side */
     int centre_count;      /* homotheties that the sums still have to go through */

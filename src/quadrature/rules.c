@@ -3,6 +3,7 @@
 #include "quadrature/homothety.h"
 #include "quadrature/rule.h"
 
+#include <float.h>
 #include <string.h>
 
 enum { MAX_DEPTH = 60, MAX_TOUCHING_DEPTH = 40, MAX_RULES = 20000 };
@@ -26,6 +27,12 @@ int hpr_kernel_nodes(double length, double distance, double tolerance)
     double b = 2 * distance / length, rho = b + sqrt(b * b + 1);
     double n = log(64 / tolerance) / (2 * log(rho));
     return n < 1 ? 1 : n > 1000 ? 1000 : (int)ceil(n);
+}
+
+double hpr_kernel_error(double length, double distance, int nodes)
+{
+    double b = 2 * distance / length;
+    return 64 * pow(b + sqrt(b * b + 1), -2.0 * nodes);
 }
 
 typedef struct extent {
@@ -98,6 +105,17 @@ static int clamp_nodes(chooser *c, int nodes, int least)
     return nodes;
 }
 
+/* Whether the height over the other's plane counts as a polynomial of degree 1: the bound on the kernel is
+ * relative to its largest value in the cell. */
+static bool height_varies(const hpr_affine *height, const hpr_cell *cell)
+{
+    double first = hpr_affine_at(height, cell->origin[0], cell->origin[1]);
+    double along1 = cell->edge1[0] * height->along1 + cell->edge1[1] * height->along2;
+    double along2 = cell->edge2[0] * height->along1 + cell->edge2[1] * height->along2;
+    double low = first + fmin(along1, 0) + fmin(along2, 0), high = first + fmax(along1, 0) + fmax(along2, 0);
+    return low < 0.5 * high;
+}
+
 static void count_product(void *user, const hpr_rule *rule)
 {
     double *kernels = user;
@@ -128,12 +146,17 @@ static void separate(chooser *c, const hpr_cell *recv, const hpr_cell *send, int
         return;
     }
     c->outcome.stopped_short |= nodes[longest] > c->kernel_cap;
+    const int varies[2] = {height_varies(&c->pair->recv_height, recv),
+                           height_varies(&c->pair->send_height, send)};
     hpr_rule rule = {.kind = HPR_RULE_PRODUCT, .recv = *recv, .send = *send};
     for (int i = 0; i < 4; i++) {
-        int degree = i < 2 ? c->pair->recv.degree : c->pair->send.degree;
+        const hpr_element_frame *frame = i < 2 ? &c->pair->recv : &c->pair->send;
+        bool triangle = (i < 2 ? recv : send)->shape == HPR_SHAPE_TRIANGLE;
+        int degree = (triangle ? hpr_total_degree(frame) : frame->degree) + varies[i / 2];
         int kernel = nodes[i] < c->kernel_cap ? nodes[i] : c->kernel_cap;
         int n = clamp_nodes(c, kernel + (degree + 1) / 2, c->demand->least_nodes);
         *(i < 2 ? &rule.recv_nodes[i] : &rule.send_nodes[i - 2]) = n;
+        rule.error += hpr_kernel_error(length[i], distance, kernel);
     }
     emit(c, &rule);
 }
@@ -315,6 +338,7 @@ static void clipped(chooser *c, const hpr_contact *contact)
                                                      &contact->send_front, &demand, c->sink, c->user);
     c->outcome.stopped_short |= !outcome.complete;
     c->outcome.clip_count += outcome.clip_count;
+    c->outcome.error += outcome.error;
 }
 
 /* Kernels that the product rules of a separate pair would need, counted up to a limit. */
@@ -359,6 +383,15 @@ static void near_or_far(chooser *c, const hpr_contact *contact)
                                                        &contact->send_front, c->tolerance, c->sink, c->user);
 }
 
+/* Length of a side over the height of its front: by so much rounding of the coordinates grows in the heights. */
+static double flatness(const hpr_element_frame *frame, const hpr_affine *height, const hpr_polygon *front)
+{
+    double highest = 0;
+    for (int i = 0; i < front->count; i++)
+        highest = fmax(highest, hpr_affine_at(height, front->corner[i][0], front->corner[i][1]));
+    return fmax(hpr_length(frame->edge1), hpr_length(frame->edge2)) / highest;
+}
+
 static void integrate(chooser *c, const hpr_cell *recv, const hpr_cell *send)
 {
     hpr_contact contact;
@@ -366,6 +399,8 @@ static void integrate(chooser *c, const hpr_cell *recv, const hpr_cell *send)
     c->outcome.seen = contact.kind != HPR_CONTACT_HIDDEN;
     if (!c->outcome.seen)
         return;
+    c->outcome.rounding = DBL_EPSILON * (4 + flatness(&c->pair->recv, &c->pair->recv_height, &contact.recv_front) +
+                                         flatness(&c->pair->send, &c->pair->send_height, &contact.send_front));
     bool sampled = c->demand->least_nodes > 1, separate = contact.kind == HPR_CONTACT_SEPARATE;
     if (c->pair->blocker_count) {
         clipped(c, &contact);
@@ -417,9 +452,10 @@ hpr_rule_outcome hpr_rules_choose(const hpr_gauss_table *gauss, const hpr_pair *
                                   const hpr_rule_demand *demand, hpr_group *group, hpr_rule_sink sink,
                                   void *user)
 {
+    static const double share = 0.7; /* a rule errs along several axes */
     chooser c = {.gauss = gauss, .pair = pair, .demand = demand, .group = group, .sink = sink, .user = user};
     hpr_cell recv = hpr_cell_whole(pair->recv.shape), send = hpr_cell_whole(pair->send.shape);
-    c.tolerance = tolerance_of(pair, &recv, &send, demand);
+    c.tolerance = share * tolerance_of(pair, &recv, &send, demand);
     /* Cells about as large as their distance cost least at low degree; at high degree the polynomials' own
      * nodes pay for larger ones. */
     int degree = pair->recv.degree > pair->send.degree ? pair->recv.degree : pair->send.degree;

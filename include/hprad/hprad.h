@@ -4,6 +4,7 @@
 
 #include <hprad/context.h>
 #include <hprad/job.h>
+#include <hprad/reference.h>
 #include <hprad/render.h>
 #include <hprad/report.h>
 #include <hprad/scene.h>

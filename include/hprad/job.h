@@ -1,7 +1,7 @@
 #ifndef HPRAD_JOB_H
 #define HPRAD_JOB_H
 
-#include <hprad/render.h>
+#include <hprad/reference.h>
 #include <hprad/solve.h>
 
 #ifdef __cplusplus
@@ -68,6 +68,9 @@ typedef struct hpr_job_result {
     size_t row_count;          /**< surfaces in a matrix of view factors */
     size_t pair_count;         /**< pairs of patches that were integrated for it */
     size_t short_count;        /**< of these: how many stopped short of the tolerance */
+    uint64_t ray_count;        /**< rays of path tracing, those of the camera included */
+    double noise;              /**< of path tracing: RMS standard error of a pixel over RMS radiance, all
+                                    channels together; of the worst picture, 0 if it is black */
 } hpr_job_result;
 
 /** Scene file -> solution .glb, and its report if asked. */
@@ -128,6 +131,26 @@ HPR_API void hpr_job_picture_options_init(hpr_job_picture_options *options);
  */
 HPR_API hpr_status hpr_job_picture(hpr_context *context, const char *scene_path,
                                    const hpr_job_picture_options *options, hpr_job_result *result);
+
+/** Scene file -> pictures by path tracing, and the report if asked. */
+typedef struct hpr_job_reference_options {
+    const char *report_path; /**< NULL: none */
+    hpr_read_options read;
+    hpr_reference_options reference;
+    hpr_job_render_options pictures; /**< as for rendering, but with HPR_DEFAULT_PATHS samples, 2 to
+                                          HPR_MAX_PATHS; default name: base name of the scene +
+                                          "_reference.exr" */
+} hpr_job_reference_options;
+
+HPR_API void hpr_job_reference_options_init(hpr_job_reference_options *options);
+
+/**
+ * Scene file -> one EXR per camera, with the layer `variance`, by hpr_reference_render. `options` may be
+ * NULL. Errors: as hpr_job_render; HPR_ERR_FORMAT also if the file is itself a solution; HPR_ERR_NUMERIC if a
+ * path does not end. The report has the keys that the README lists for it.
+ */
+HPR_API hpr_status hpr_job_reference(hpr_context *context, const char *scene_path,
+                                     const hpr_job_reference_options *options, hpr_job_result *result);
 
 /** Solution .glb and a table of points -> a table of irradiance and radiosity. */
 typedef struct hpr_job_probe_options {

@@ -13,6 +13,8 @@ typedef struct hpr_image {
     size_t channel_count;
     float *radiance; /**< [height][width][channels], W/m²/sr, premultiplied by coverage */
     float *coverage; /**< [height][width], 0 .. 1 */
+    float *variance; /**< [height][width][channels], of the radiance as an estimate: the square of its
+                        standard error, (W/m²/sr)²; NULL if it is none */
 } hpr_image;
 
 typedef struct hpr_render_options {
@@ -39,8 +41,11 @@ typedef struct hpr_image_labels {
     const char *scene, *camera;
 } hpr_image_labels;
 
-/** Writes a single-part scanline EXR: the channels and A, half precision off (float), ZIP. Temporary file,
- * renamed. */
+/**
+ * Writes a single-part scanline EXR: the channels and A, and if the image has them the variances as the layer
+ * `variance` (variance.R, variance.G, variance.B); all float, ZIP. Temporary file, renamed. Errors:
+ * HPR_ERR_ARG (channels without name or with one name), HPR_ERR_IO, HPR_ERR_MEMORY, HPR_ERR_INTERRUPTED.
+ */
 HPR_API hpr_status hpr_image_write_exr(hpr_context *context, const hpr_image *image,
                                        const hpr_image_labels *labels, const char *path);
 

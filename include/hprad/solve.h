@@ -10,7 +10,14 @@ extern "C" {
 /** A solved scene: geometry, elements, coefficients, cameras. Needs nothing else to be shown or probed. */
 typedef struct hpr_solution hpr_solution;
 
-enum { HPR_MAX_ORDER = 16, HPR_MAX_SUBDIVIDE = 10, HPR_DEFAULT_ORDER = 1, HPR_DEFAULT_SUBDIVIDE = 3 };
+enum {
+    HPR_MAX_ORDER = 16,
+    HPR_MAX_SUBDIVIDE = 10,
+    HPR_MAX_FEET = 6,
+    HPR_DEFAULT_ORDER = 3,
+    HPR_DEFAULT_SUBDIVIDE = 2,
+    HPR_DEFAULT_FEET = 1
+};
 
 /** What becomes of direct light. */
 typedef enum hpr_direct_mode {
@@ -21,9 +28,10 @@ typedef enum hpr_direct_mode {
 
 /** How a scene is solved. */
 typedef struct hpr_solve_options {
-    int order;               /**< polynomial degree p of every element, 0 .. HPR_MAX_ORDER */
-    int subdivide;           /**< N: 4^N elements per patch, 0 .. HPR_MAX_SUBDIVIDE */
-    double block_tolerance;  /**< relative, per block; 0: 1e-12 where nothing blocks, 1e-6 else */
+    int order;     /**< polynomial degree p of every element, 0 .. HPR_MAX_ORDER */
+    int subdivide; /**< N: 4^N elements per patch, 0 .. HPR_MAX_SUBDIVIDE */
+    int feet;      /**< so often are elements quartered that the foot of an object cuts, 0 .. HPR_MAX_FEET */
+    double block_tolerance;  /**< relative, per block; 0: chosen, see hpr_solve_summary */
     double solver_tolerance; /**< relative residual of the linear system */
     int max_sweeps;          /**< iteration limit */
     hpr_direct_mode direct;  /**< what becomes of direct light */
@@ -46,8 +54,11 @@ typedef struct hpr_solve_summary {
     int direct;             /**< hpr_direct_mode in force: numerous emitters go through the basis */
     size_t channels_solved; /**< 1 if all channels agree, else their number */
     size_t degenerate_count, duplicate_count;
-    double block_tolerance; /**< the one in force */
-    size_t short_count;     /**< blocks that stopped short of it */
+    double
+        block_tolerance; /**< of blocks that nothing obstructs: 1e-12 in an unobstructed scene, else 1e-5 */
+    double blocked_tolerance; /**< of the others, relative to themselves or to the sender's share of the area:
+                                 by their number, 1e-6 to 0.03; 0 if they are sampled */
+    size_t short_count;       /**< blocks that stopped short of theirs */
     int sweeps;
     double residual; /**< relative, of the last sweep */
     int occluded;    /**< 1 if some pair of patches may be blocked */

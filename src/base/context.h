@@ -26,6 +26,7 @@ typedef enum hpr_counter {
     HPR_COUNT_PAIRS_HIDDEN,  /* element pairs that cannot see each other */
     HPR_COUNT_PAIRS_VISIBLE, /* element pairs that see each other wholly */
     HPR_COUNT_PAIRS_PARTIAL, /* element pairs that may be blocked */
+    HPR_COUNT_SAMPLED,       /* blocks whose visibility was sampled by rays */
     HPR_COUNT_SHORT,         /* blocks whose quadrature stopped short of its tolerance */
     HPR_COUNTER_COUNT
 } hpr_counter;

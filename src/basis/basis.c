@@ -13,13 +13,73 @@ double hpr_basis_scale(hpr_shape shape, double area_m2)
     return 1 / sqrt(shape == HPR_SHAPE_PARALLELOGRAM ? area_m2 : 2 * area_m2);
 }
 
+/* Of n: sqrt(2n+1), (2n+1)/(n+1) and n/(n+1); square roots and divisions would cost more than all the rest.
+ */
+static const double norm[HPR_MAX_DEGREE + 1] = {
+    1,
+    1.7320508075688772,
+    2.2360679774997898,
+    2.6457513110645907,
+    3,
+    3.3166247903553998,
+    3.6055512754639891,
+    3.872983346207417,
+    4.1231056256176606,
+    4.358898943540674,
+    4.5825756949558398,
+    4.7958315233127191,
+    5,
+    5.196152422706632,
+    5.3851648071345037,
+    5.5677643628300215,
+    5.7445626465380286,
+};
+static const double raise_by[HPR_MAX_DEGREE + 1] = {
+    1,
+    1.5,
+    1.6666666666666667,
+    1.75,
+    1.8,
+    1.8333333333333333,
+    1.8571428571428572,
+    1.875,
+    1.8888888888888888,
+    1.8999999999999999,
+    1.9090909090909092,
+    1.9166666666666667,
+    1.9230769230769231,
+    1.9285714285714286,
+    1.9333333333333333,
+    1.9375,
+    1.9411764705882353,
+};
+static const double lower_by[HPR_MAX_DEGREE + 1] = {
+    0,
+    0.5,
+    0.66666666666666663,
+    0.75,
+    0.80000000000000004,
+    0.83333333333333337,
+    0.8571428571428571,
+    0.875,
+    0.88888888888888884,
+    0.90000000000000002,
+    0.90909090909090906,
+    0.91666666666666663,
+    0.92307692307692313,
+    0.9285714285714286,
+    0.93333333333333335,
+    0.9375,
+    0.94117647058823528,
+};
+
 /* sqrt(2n+1) P_n(2s-1) for n = 0 .. degree */
 static void legendre(int degree, double s, double *values)
 {
     double x = 2 * s - 1, before = 0, p = 1;
     for (int n = 0; n <= degree; n++) {
-        values[n] = sqrt(2.0 * n + 1) * p;
-        double next = ((2 * n + 1) * x * p - n * before) / (n + 1);
+        values[n] = norm[n] * p;
+        double next = raise_by[n] * x * p - lower_by[n] * before;
         before = p;
         p = next;
     }
@@ -36,6 +96,72 @@ static void tensor(int degree, double s, double t, double *values)
     }
 }
 
+/* sqrt(2n+2), and 1/n (0 for n = 0). */
+static const double root[HPR_MAX_DEGREE + 1] = {
+    1.4142135623730951, 2,
+    2.4494897427831779, 2.8284271247461903,
+    3.1622776601683795, 3.4641016151377544,
+    3.7416573867739413, 4,
+    4.2426406871192848, 4.4721359549995796,
+    4.6904157598234297, 4.8989794855663558,
+    5.0990195135927845, 5.2915026221291814,
+    5.4772255750516612, 5.6568542494923806,
+    5.8309518948453007,
+};
+static const double inverse[3 * HPR_MAX_DEGREE + 3] = {
+    0,
+    1,
+    0.5,
+    0.33333333333333331,
+    0.25,
+    0.20000000000000001,
+    0.16666666666666666,
+    0.14285714285714285,
+    0.125,
+    0.1111111111111111,
+    0.10000000000000001,
+    0.090909090909090912,
+    0.083333333333333329,
+    0.076923076923076927,
+    0.071428571428571425,
+    0.066666666666666666,
+    0.0625,
+    0.058823529411764705,
+    0.055555555555555552,
+    0.052631578947368418,
+    0.050000000000000003,
+    0.047619047619047616,
+    0.045454545454545456,
+    0.043478260869565216,
+    0.041666666666666664,
+    0.040000000000000001,
+    0.038461538461538464,
+    0.037037037037037035,
+    0.035714285714285712,
+    0.034482758620689655,
+    0.033333333333333333,
+    0.032258064516129031,
+    0.03125,
+    0.030303030303030304,
+    0.029411764705882353,
+    0.028571428571428571,
+    0.027777777777777776,
+    0.027027027027027029,
+    0.026315789473684209,
+    0.02564102564102564,
+    0.025000000000000001,
+    0.024390243902439025,
+    0.023809523809523808,
+    0.023255813953488372,
+    0.022727272727272728,
+    0.022222222222222223,
+    0.021739130434782608,
+    0.021276595744680851,
+    0.020833333333333332,
+    0.020408163265306121,
+    0.02,
+};
+
 static void dubiner(int degree, double s, double t, double *values)
 {
     double x = 2 * t - 1, u = 2 * s + t - 1, v = 1 - t;
@@ -44,18 +170,18 @@ static void dubiner(int degree, double s, double t, double *values)
         double alpha = 2 * i + 1, before = 0, p = 1; /* P_j^(alpha,0)(x) */
         for (int j = 0; i + j <= degree; j++) {
             int d = i + j;
-            values[d * (d + 1) / 2 + j] = sqrt(2.0 * (2 * i + 1) * (d + 1)) * row * p;
+            values[d * (d + 1) / 2 + j] = norm[i] * root[d] * row * p;
             double c = 2 * j + alpha, next;
             if (j == 0)
                 next = (alpha + (alpha + 2) * x) / 2;
             else
                 next = ((c + 1) * (alpha * alpha + c * (c + 2) * x) * p -
-                        2 * (j + alpha) * j * (c + 2) * before) /
-                       (2 * (j + 1) * (j + alpha + 1) * c);
+                        2 * (j + alpha) * j * (c + 2) * before) *
+                       (0.5 * inverse[j + 1] * inverse[j + 2 * i + 2] * inverse[2 * j + 2 * i + 1]);
             before = p;
             p = next;
         }
-        double next = ((2 * i + 1) * u * row - i * v * v * row_before) / (i + 1);
+        double next = raise_by[i] * u * row - lower_by[i] * v * v * row_before;
         row_before = row;
         row = next;
     }
@@ -69,25 +195,8 @@ void hpr_basis_eval(hpr_shape shape, int degree, double s, double t, double *val
         dubiner(degree, s, t, values);
 }
 
-void hpr_basis_table_init(hpr_basis_table *table)
-{
-    for (int i = 0; i <= HPR_MAX_DEGREE; i++) {
-        table->norm[i] = sqrt(2.0 * i + 1);
-        table->rise[i] = (2.0 * i + 1) / (i + 1);
-        table->fall[i] = i / (i + 1.0);
-        double alpha = 2 * i + 1;
-        for (int j = 0; i + j <= HPR_MAX_DEGREE; j++) {
-            double c = 2 * j + alpha, below = 2 * (j + 1) * (j + alpha + 1) * c;
-            table->dubiner[i][j].norm = sqrt(2.0 * (2 * i + 1) * (i + j + 1));
-            table->dubiner[i][j].rise = (c + 1) * c * (c + 2) / below;
-            table->dubiner[i][j].shift = (c + 1) * alpha * alpha / below;
-            table->dubiner[i][j].fall = 2 * (j + alpha) * j * (c + 2) / below;
-        }
-    }
-}
-
 /* sqrt(2n+1) P_n(2s-1) into rows `step` apart. */
-static void legendre_many(const hpr_basis_table *table, int degree, size_t count, const double *restrict s,
+static void legendre_many(int degree, size_t count, const double *restrict s,
                           double *restrict before, double *restrict now, size_t step, double *values)
 {
     for (size_t k = 0; k < count; k++) {
@@ -97,21 +206,21 @@ static void legendre_many(const hpr_basis_table *table, int degree, size_t count
     for (int n = 0; n <= degree; n++) {
         double *restrict row = values + (size_t)n * step;
         for (size_t k = 0; k < count; k++) {
-            row[k] = table->norm[n] * now[k];
-            double next = table->rise[n] * (2 * s[k] - 1) * now[k] - table->fall[n] * before[k];
+            row[k] = norm[n] * now[k];
+            double next = raise_by[n] * (2 * s[k] - 1) * now[k] - lower_by[n] * before[k];
             before[k] = now[k];
             now[k] = next;
         }
     }
 }
 
-static void tensor_many(const hpr_basis_table *table, int degree, size_t count, const double *s,
+static void tensor_many(int degree, size_t count, const double *s,
                         const double *t, size_t stride, double *values, double *scratch)
 {
     size_t n = (size_t)degree + 1;
     /* in s at k = n a, in t at k = b; a = 0 is 1 and stays to the last */
-    legendre_many(table, degree, count, s, scratch, scratch + stride, n * stride, values);
-    legendre_many(table, degree, count, t, scratch, scratch + stride, stride, values);
+    legendre_many(degree, count, s, scratch, scratch + stride, n * stride, values);
+    legendre_many(degree, count, t, scratch, scratch + stride, stride, values);
     for (size_t a = 1; a < n; a++) {
         const double *in_s = values + n * a * stride;
         for (size_t b = 1; b < n; b++) {
@@ -123,7 +232,7 @@ static void tensor_many(const hpr_basis_table *table, int degree, size_t count, 
     }
 }
 
-static void dubiner_many(const hpr_basis_table *table, int degree, size_t count, const double *s,
+static void dubiner_many(int degree, size_t count, const double *s,
                          const double *t, size_t stride, double *values, double *scratch)
 {
     double *row_before = scratch, *row = scratch + stride, *before = scratch + 2 * stride,
@@ -139,11 +248,13 @@ static void dubiner_many(const hpr_basis_table *table, int degree, size_t count,
         }
         for (int j = 0; i + j <= degree; j++) {
             int d = i + j;
-            double norm = table->dubiner[i][j].norm, rise = table->dubiner[i][j].rise;
-            double shift = table->dubiner[i][j].shift, fall = table->dubiner[i][j].fall;
+            double alpha = 2 * i + 1, c = 2 * j + alpha;
+            double below = 0.5 * inverse[j + 1] * inverse[j + 2 * i + 2] * inverse[2 * j + 2 * i + 1];
+            double rise = (c + 1) * c * (c + 2) * below, shift = (c + 1) * alpha * alpha * below;
+            double fall = 2 * (j + alpha) * j * (c + 2) * below, factor = norm[i] * root[d];
             double *restrict out = values + (size_t)(d * (d + 1) / 2 + j) * stride;
             for (size_t k = 0; k < count; k++) {
-                out[k] = norm * now[k];
+                out[k] = factor * now[k];
                 double next = (rise * (2 * t[k] - 1) + shift) * now[k] - fall * before[k];
                 before[k] = now[k];
                 now[k] = next;
@@ -151,18 +262,18 @@ static void dubiner_many(const hpr_basis_table *table, int degree, size_t count,
         }
         for (size_t k = 0; k < count; k++) {
             double v = 1 - t[k];
-            double next = table->rise[i] * (2 * s[k] + t[k] - 1) * row[k] - table->fall[i] * v * v * row_before[k];
+            double next = raise_by[i] * (2 * s[k] + t[k] - 1) * row[k] - lower_by[i] * v * v * row_before[k];
             row_before[k] = row[k];
             row[k] = next;
         }
     }
 }
 
-void hpr_basis_many(const hpr_basis_table *table, hpr_shape shape, int degree, size_t count, const double *s,
-                    const double *t, size_t stride, double *values, double *scratch)
+void hpr_basis_many(hpr_shape shape, int degree, size_t count, const double *s, const double *t, size_t stride,
+                    double *values, double *scratch)
 {
     if (shape == HPR_SHAPE_PARALLELOGRAM)
-        tensor_many(table, degree, count, s, t, stride, values, scratch);
+        tensor_many(degree, count, s, t, stride, values, scratch);
     else
-        dubiner_many(table, degree, count, s, t, stride, values, scratch);
+        dubiner_many(degree, count, s, t, stride, values, scratch);
 }

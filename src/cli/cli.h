@@ -24,6 +24,7 @@ int cli_solve(int argc, const char **argv);
 int cli_render(int argc, const char **argv);
 int cli_probe(int argc, const char **argv);
 int cli_formfactors(int argc, const char **argv);
+int cli_reference(int argc, const char **argv);
 int cli_picture(int argc, const char **argv); /* the form without verb */
 
 /* The verb of this name, or NULL. */
@@ -108,6 +109,7 @@ extern const struct poptOption cli_common_options[];
 typedef struct cli_solve_settings {
     hpr_read_options read;
     hpr_solve_options solve;
+    bool feet_given; /* else --subdivide alone makes all elements */
     const char *report_path;
 } cli_solve_settings;
 
@@ -129,6 +131,7 @@ enum {
     CLI_OPTION_HELP,
     CLI_OPTION_ORDER,
     CLI_OPTION_SUBDIVIDE,
+    CLI_OPTION_FEET,
     CLI_OPTION_BLOCK_TOLERANCE,
     CLI_OPTION_DIRECT,
     CLI_OPTION_MAX_SWEEPS,

@@ -24,8 +24,8 @@ static int print_help(cli_run *run)
 {
     poptPrintHelp(run->options, stdout, 0);
     if (run->verb->solves)
-        printf("\nThis version solves with --order %d --subdivide %d unless told otherwise.\n",
-               HPR_DEFAULT_ORDER, HPR_DEFAULT_SUBDIVIDE);
+        printf("\nThis version solves with --order %d --subdivide %d --feet %d unless told otherwise.\n",
+               HPR_DEFAULT_ORDER, HPR_DEFAULT_SUBDIVIDE, HPR_DEFAULT_FEET);
     printf("\n%s\nExample%s:\n%s", run->verb->about, strchr(run->verb->examples, '\n')[1] ? "s" : "",
            run->verb->examples);
     return CLI_DONE;

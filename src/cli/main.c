@@ -13,6 +13,7 @@ static const struct {
     {"render", "hprad render", cli_render},
     {"probe", "hprad probe", cli_probe},
     {"formfactors", "hprad formfactors", cli_formfactors},
+    {"reference", "hprad reference", cli_reference},
 };
 
 enum { VERB_COUNT = sizeof verbs / sizeof *verbs };

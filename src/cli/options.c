@@ -15,12 +15,16 @@ const struct poptOption cli_solve_options[] = {
     {"order", 0, POPT_ARG_STRING, NULL, CLI_OPTION_ORDER, "polynomial degree of every element, 0 to 16", "P"},
     {"subdivide", 0, POPT_ARG_STRING, NULL, CLI_OPTION_SUBDIVIDE,
      "N halvings per axis, 4^N elements per patch, 0 to 10", "N"},
+    {"feet", 0, POPT_ARG_STRING, NULL, CLI_OPTION_FEET,
+     "quarter elements that the foot of an object cuts, N times, 0 to 6 (default: 0 with --subdivide)", "N"},
     {"tol", 0, POPT_ARG_STRING, NULL, CLI_OPTION_TOLERANCE,
      "relative error of the irradiance (not in this version: refused)", "E"},
     {"direct", 0, POPT_ARG_STRING, NULL, CLI_OPTION_DIRECT,
      "direct light: evaluated at every point, or through the basis (default exact)", "exact|galerkin"},
     {"block-tol", 0, POPT_ARG_STRING, NULL, CLI_OPTION_BLOCK_TOLERANCE,
-     "relative tolerance of each transport block (default 1e-12 where nothing blocks, else 1e-6)", "T"},
+     "relative tolerance of each transport block (default 1e-12 where nothing blocks, else 1e-5, and chosen "
+     "by their number for blocked ones)",
+     "T"},
     {"max-sweeps", 0, POPT_ARG_STRING, NULL, CLI_OPTION_MAX_SWEEPS, "iteration limit of the solver", "N"},
     {"max-reflectance", 0, POPT_ARG_STRING, NULL, CLI_OPTION_MAX_REFLECTANCE,
      "scale reflectances above R down to R", "R"},
@@ -140,7 +144,12 @@ int cli_take_solve_option(cli_solve_settings *settings, int id, const char *valu
     case CLI_OPTION_ORDER:
         return cli_integer("--order", value, 0, HPR_MAX_ORDER, &solve->order);
     case CLI_OPTION_SUBDIVIDE:
+        if (!settings->feet_given)
+            solve->feet = 0;
         return cli_integer("--subdivide", value, 0, HPR_MAX_SUBDIVIDE, &solve->subdivide);
+    case CLI_OPTION_FEET:
+        settings->feet_given = true;
+        return cli_integer("--feet", value, 0, HPR_MAX_FEET, &solve->feet);
     case CLI_OPTION_BLOCK_TOLERANCE:
         return cli_positive("--block-tol", value, 1, true, &solve->block_tolerance);
     case CLI_OPTION_DIRECT:

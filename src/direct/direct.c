@@ -2,12 +2,12 @@
 
 #include "direct/lambert.h"
 #include "direct/visible.h"
-#include "visibility/visibility.h"
+#include "visibility/views.h"
 
 #include <string.h>
 
-/* Beyond these the lists cost more than the light is worth; chosen so that they take well under a second. */
-enum { MAX_EMITTERS = 16, MAX_PATCHES = 512 };
+/* Each is clipped at every point. */
+enum { MAX_EMITTERS = 16 };
 
 /* How a leaf sees an emitter. */
 typedef struct sight {
@@ -48,7 +48,7 @@ static size_t count_emitters(const hpr_patches *patches)
 
 bool hpr_direct_affordable(const hpr_patches *patches)
 {
-    return patches->count <= MAX_PATCHES && count_emitters(patches) <= MAX_EMITTERS;
+    return count_emitters(patches) <= MAX_EMITTERS;
 }
 
 void hpr_direct_destroy(hpr_direct **out)
@@ -63,12 +63,6 @@ void hpr_direct_destroy(hpr_direct **out)
         hpr_release(ctx, arrays[i]);
     hpr_release(ctx, direct);
     *out = NULL;
-}
-
-static void patch_facet(const hpr_patches *patches, size_t patch, hpr_facet *facet)
-{
-    facet->corner_count = hpr_patch_corners(patches, patch, facet->corner);
-    memcpy(facet->normal, patches->normal + 3 * patch, sizeof facet->normal);
 }
 
 static void leaf_facet(const hpr_direct *direct, size_t leaf, hpr_facet *facet)
@@ -92,11 +86,10 @@ static void leaf_facet(const hpr_direct *direct, size_t leaf, hpr_facet *facet)
 static hpr_status look(hpr_direct *direct, size_t leaf, size_t emitter, const uint32_t *candidates,
                        size_t candidate_count, uint32_t *found)
 {
-    hpr_facet own, light;
+    hpr_facet own, light = hpr_patch_facet(direct->patches, direct->emitter[emitter]);
     size_t count = 0;
     sight *it = &direct->sights[leaf * direct->emitter_count + emitter];
     leaf_facet(direct, leaf, &own);
-    patch_facet(direct->patches, direct->emitter[emitter], &light);
     it->verdict = (uint8_t)hpr_visibility_classify(direct->visibility, &own, &light, candidates,
                                                    candidate_count, found, &count);
     hpr_status status = hpr_grow(direct->context, &direct->blocker, &direct->blocker_capacity,
@@ -111,18 +104,12 @@ static hpr_status look(hpr_direct *direct, size_t leaf, size_t emitter, const ui
     return HPR_OK;
 }
 
-static hpr_status look_from_patch(hpr_direct *direct, size_t patch, size_t emitter, uint32_t *candidates,
-                                  uint32_t *found)
+static hpr_status look_from_patch(hpr_direct *direct, const hpr_views *views, size_t patch, size_t emitter,
+                                  uint32_t *candidates, uint32_t *found)
 {
     const hpr_elements *e = direct->elements;
-    hpr_facet own, light;
     size_t count = 0;
-    patch_facet(direct->patches, patch, &own);
-    patch_facet(direct->patches, direct->emitter[emitter], &light);
-    hpr_verdict verdict =
-        patch == direct->emitter[emitter]
-            ? HPR_SEES_NOTHING
-            : hpr_visibility_classify(direct->visibility, &own, &light, NULL, 0, candidates, &count);
+    hpr_verdict verdict = hpr_views_classify(views, patch, direct->emitter[emitter], candidates, &count);
     hpr_status status = HPR_OK;
     for (size_t leaf = e->patch_leaf[patch]; status == HPR_OK && leaf < e->patch_leaf[patch + 1]; leaf++) {
         if (verdict == HPR_SEES_NOTHING)
@@ -136,18 +123,29 @@ static hpr_status look_from_patch(hpr_direct *direct, size_t patch, size_t emitt
 static hpr_status look_everywhere(hpr_direct *direct)
 {
     hpr_context *ctx = direct->context;
+    size_t patches = direct->patches->count;
+    hpr_views *views = NULL;
+    bool *wanted = NULL;
     uint32_t *candidates = NULL, *found = NULL;
     hpr_status status = hpr_visibility_create(direct->patches, &direct->visibility);
     if (status != HPR_OK)
         return status;
     size_t occluders = hpr_visibility_occluder_count(direct->visibility);
-    status = hpr_allocate_into(ctx, &candidates, occluders, sizeof *candidates, "direct light");
+    status = hpr_allocate_into(ctx, &wanted, patches, sizeof *wanted, "direct light");
+    for (size_t k = 0; status == HPR_OK && k < direct->emitter_count; k++)
+        wanted[direct->emitter[k]] = true;
+    if (status == HPR_OK)
+        status = hpr_views_create(direct->visibility, wanted, &views);
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &candidates, occluders, sizeof *candidates, "direct light");
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &found, occluders, sizeof *found, "direct light");
-    for (size_t patch = 0; status == HPR_OK && patch < direct->patches->count; patch++) {
+    for (size_t patch = 0; status == HPR_OK && patch < patches; patch++) {
         for (size_t emitter = 0; status == HPR_OK && emitter < direct->emitter_count; emitter++)
-            status = look_from_patch(direct, patch, emitter, candidates, found);
+            status = look_from_patch(direct, views, patch, emitter, candidates, found);
     }
+    hpr_views_destroy(&views);
+    hpr_release(ctx, wanted);
     hpr_release(ctx, candidates);
     hpr_release(ctx, found);
     return status;

@@ -4,20 +4,51 @@
 
 #include <string.h>
 
-/* The part of `in` where sign * (plane . x) >= offset. */
-static void cut(const hpr_convex *in, hpr_vec3 plane, double sign, double offset, hpr_convex *out)
+/*
+ * A plane through the point: normal . x >= 0 is inside. Heights within rounding |x| are rounding and count as
+ * none, so that two blockers that share an edge leave no crack and cut off no sliver.
+ */
+typedef struct side {
+    hpr_vec3 normal;
+    double rounding;
+} side;
+
+/* Corners whose height over a plane is known. */
+static void cut_at(const hpr_convex *in, const double *height, double sign, hpr_convex *out)
 {
+    bool strictly = false;
     out->count = 0;
     for (int i = 0; i < in->count; i++) {
-        hpr_vec3 p = in->corner[i], q = in->corner[(i + 1) % in->count];
-        double hp = sign * hpr_dot(plane, p) - offset, hq = sign * hpr_dot(plane, q) - offset;
+        int j = (i + 1) % in->count;
+        hpr_vec3 p = in->corner[i], q = in->corner[j];
+        double hp = sign * height[i], hq = sign * height[j];
+        strictly |= hp > 0;
         if (hp >= 0 && out->count < HPR_VISIBLE_CORNERS)
             out->corner[out->count++] = p;
         if (hp * hq < 0 && out->count < HPR_VISIBLE_CORNERS)
             out->corner[out->count++] = hpr_madd(p, hp / (hp - hq), hpr_sub(q, p));
     }
-    if (out->count < 3)
+    if (out->count < 3 || !strictly)
         out->count = 0;
+}
+
+/* The part of `in` where sign * (plane . x) >= offset. */
+static void cut(const hpr_convex *in, hpr_vec3 plane, double sign, double offset, hpr_convex *out)
+{
+    double height[HPR_VISIBLE_CORNERS];
+    for (int i = 0; i < in->count; i++)
+        height[i] = hpr_dot(plane, in->corner[i]) - sign * offset;
+    cut_at(in, height, sign, out);
+}
+
+static void side_heights(const hpr_convex *piece, const side *s, double *height)
+{
+    for (int i = 0; i < piece->count; i++) {
+        height[i] = hpr_dot(s->normal, piece->corner[i]);
+        hpr_vec3 x = piece->corner[i];
+        if (fabs(height[i]) <= s->rounding * (fabs(x.x) + fabs(x.y) + fabs(x.z)))
+            height[i] = 0;
+    }
 }
 
 /* Without the unused corners. */
@@ -29,9 +60,9 @@ static void copy(hpr_convex *to, const hpr_convex *from)
 
 /* Planes through the point (the origin) and the edges of a blocker, all pointing inward; their number, 0 if
  * the blocker is seen edge-on. */
-static int pyramid(const hpr_convex *blocker, hpr_vec3 *plane)
+static int pyramid(const hpr_convex *blocker, side *sides)
 {
-    static const double edge_on = 1e-14;
+    static const double edge_on = 1e-14, rounding = 2e-15;
     hpr_vec3 middle = {0, 0, 0};
     for (int i = 0; i < blocker->count; i++)
         middle = hpr_add(middle, hpr_scale(blocker->corner[i], 1.0 / blocker->count));
@@ -39,44 +70,49 @@ static int pyramid(const hpr_convex *blocker, hpr_vec3 *plane)
     for (int i = 0; i < blocker->count; i++) {
         hpr_vec3 a = blocker->corner[i], b = blocker->corner[(i + 1) % blocker->count];
         hpr_vec3 normal = hpr_cross(a, b);
-        double side = hpr_dot(normal, middle), size = hpr_length(normal) * hpr_length(middle);
+        double inward = hpr_dot(normal, middle), size = hpr_length(normal) * hpr_length(middle);
         if (hpr_dot(hpr_sub(b, a), hpr_sub(b, a)) == 0)
             continue;
-        if (!(fabs(side) > edge_on * size))
+        if (!(fabs(inward) > edge_on * size))
             return 0;
-        plane[count++] = hpr_scale(normal, side > 0 ? 1 : -1);
+        sides[count++] =
+            (side){hpr_scale(normal, inward > 0 ? 1 : -1), rounding * hpr_length(a) * hpr_length(b)};
     }
     return count;
 }
 
 /* No corner is inside some plane: the pyramid leaves the piece alone. */
-static bool apart(const hpr_convex *piece, const hpr_vec3 *plane, int plane_count)
+static bool apart(const hpr_convex *piece, const side *sides, int side_count)
 {
-    for (int k = 0; k < plane_count; k++) {
+    for (int k = 0; k < side_count; k++) {
+        double height[HPR_VISIBLE_CORNERS];
         bool inside = false;
+        side_heights(piece, &sides[k], height);
         for (int i = 0; i < piece->count && !inside; i++)
-            inside = hpr_dot(plane[k], piece->corner[i]) > 0;
+            inside = height[i] > 0;
         if (!inside)
             return true;
     }
-    return plane_count == 0;
+    return side_count == 0;
 }
 
-/* Takes the pyramid out of every piece: what is outside plane k and inside the planes before it stays. */
-static bool subtract(hpr_visible *visible, const hpr_vec3 *plane, int plane_count)
+/* Takes the pyramid out of every piece: what is outside side k and inside the sides before it stays. */
+static bool subtract(hpr_visible *visible, const side *sides, int side_count)
 {
     int before = visible->count;
     bool complete = true;
     for (int i = before - 1; i >= 0; i--) {
-        if (apart(&visible->piece[i], plane, plane_count))
+        if (apart(&visible->piece[i], sides, side_count))
             continue;
         hpr_convex inside[2], outside[HPR_VISIBLE_CORNERS];
         const hpr_convex *rest = &visible->piece[i];
         int outside_count = 0;
-        for (int k = 0; k < plane_count && rest->count; k++) {
-            cut(rest, plane[k], -1, 0, &outside[outside_count]);
+        for (int k = 0; k < side_count && rest->count; k++) {
+            double height[HPR_VISIBLE_CORNERS];
+            side_heights(rest, &sides[k], height);
+            cut_at(rest, height, -1, &outside[outside_count]);
             outside_count += outside[outside_count].count > 0;
-            cut(rest, plane[k], 1, 0, &inside[k % 2]);
+            cut_at(rest, height, 1, &inside[k % 2]);
             rest = &inside[k % 2];
         }
         if (rest->count == 0)
@@ -110,7 +146,7 @@ bool hpr_visible_part(hpr_vec3 point, const hpr_convex *sender, hpr_vec3 normal,
         const hpr_convex *other = &outline[blocker ? blocker[b] : (uint32_t)b];
         hpr_convex relative, between;
         relative.count = other->count;
-        hpr_vec3 plane[HPR_VISIBLE_CORNERS];
+        side sides[HPR_VISIBLE_CORNERS];
         for (int i = 0; i < relative.count; i++)
             relative.corner[i] = hpr_sub(other->corner[i], point);
         /* between the point's parallel plane and the sender's: 0 < normal . x / height < 1 */
@@ -118,7 +154,7 @@ bool hpr_visible_part(hpr_vec3 point, const hpr_convex *sender, hpr_vec3 normal,
         cut(&relative, normal, -sign, -limit, &between);
         cut(&between, normal, sign, fabs(height) * in_plane, &relative);
         if (relative.count)
-            complete &= subtract(visible, plane, pyramid(&relative, plane));
+            complete &= subtract(visible, sides, pyramid(&relative, sides));
     }
     return complete;
 }

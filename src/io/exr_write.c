@@ -18,10 +18,11 @@ typedef struct sink {
     hpr_status status; /* of the sink itself, which OpenEXR would take for a fault of the disk */
 } sink;
 
-enum {
-    SHORT_NAME = 31,
-    ZIP_LEVEL = 4
-}; /* the level that OpenEXR itself moved to: 9 is slower, hardly smaller */
+/* Lengths of names are OpenEXR's. The level is the one that OpenEXR itself moved to: 9 is slower, hardly
+ * smaller. */
+enum { SHORT_NAME = 31, LONG_NAME = 255, ZIP_LEVEL = 4 };
+
+static const char variance_layer[] = "variance.";
 
 static hpr_status status_of(exr_result_t result)
 {
@@ -82,6 +83,15 @@ static const char *channel_name(const hpr_image *image, const hpr_image_labels *
     return image->channel_count == 3 ? rgb[channel] : "Y";
 }
 
+/* Name of its variance; empty if the picture has none. */
+static void variance_name(const hpr_image *image, const hpr_image_labels *labels, size_t channel,
+                          char name[LONG_NAME + 1])
+{
+    name[0] = '\0';
+    if (image->variance)
+        snprintf(name, LONG_NAME + 1, "%s%s", variance_layer, channel_name(image, labels, channel));
+}
+
 static bool is_rgb(const hpr_image *image, const hpr_image_labels *labels)
 {
     return image->channel_count == 3 && !strcmp(channel_name(image, labels, 0), "R") &&
@@ -105,6 +115,9 @@ static hpr_status check_image(hpr_context *ctx, const hpr_image *image, const hp
         if (!name || !name[0] || !strcmp(name, "A"))
             return hpr_fail(ctx, HPR_ERR_ARG, "channel %zu of a picture has the name '%s'", c,
                             name ? name : "");
+        size_t layer = strlen(variance_layer);
+        if (image->variance && (strlen(name) + layer > LONG_NAME || !strncmp(name, variance_layer, layer)))
+            return hpr_fail(ctx, HPR_ERR_ARG, "channel '%s' leaves no name for its variance", name);
         for (size_t d = 0; d < c; d++) {
             if (!strcmp(name, channel_name(image, labels, d)))
                 return hpr_fail(ctx, HPR_ERR_ARG, "two channels of a picture have the name '%s'", name);
@@ -124,17 +137,25 @@ static exr_result_t describe(exr_context_t exr, const hpr_image *image, const hp
                                                      0.15f, 0.06f, 0.3127f, 0.3290f};
     int part;
     bool long_names = false;
-    for (size_t c = 0; c < image->channel_count; c++)
-        long_names = long_names || strlen(channel_name(image, labels, c)) > SHORT_NAME;
+    char variance[LONG_NAME + 1];
+    for (size_t c = 0; c < image->channel_count; c++) {
+        variance_name(image, labels, c, variance);
+        long_names = long_names || strlen(channel_name(image, labels, c)) > SHORT_NAME ||
+                     strlen(variance) > SHORT_NAME;
+    }
     exr_result_t result = exr_set_longname_support(exr, long_names);
     if (result == EXR_ERR_SUCCESS)
         result = exr_add_part(exr, NULL, EXR_STORAGE_SCANLINE, &part);
     if (result == EXR_ERR_SUCCESS)
         result =
             exr_initialize_required_attr_simple(exr, 0, image->width, image->height, EXR_COMPRESSION_ZIP);
-    for (size_t c = 0; result == EXR_ERR_SUCCESS && c < image->channel_count; c++)
+    for (size_t c = 0; result == EXR_ERR_SUCCESS && c < image->channel_count; c++) {
+        variance_name(image, labels, c, variance);
         result = exr_add_channel(exr, 0, channel_name(image, labels, c), EXR_PIXEL_FLOAT,
                                  EXR_PERCEPTUALLY_LOGARITHMIC, 1, 1);
+        if (result == EXR_ERR_SUCCESS && image->variance)
+            result = exr_add_channel(exr, 0, variance, EXR_PIXEL_FLOAT, EXR_PERCEPTUALLY_LINEAR, 1, 1);
+    }
     if (result == EXR_ERR_SUCCESS)
         result = exr_add_channel(exr, 0, "A", EXR_PIXEL_FLOAT, EXR_PERCEPTUALLY_LOGARITHMIC, 1, 1);
     if (result == EXR_ERR_SUCCESS && is_rgb(image, labels)) {
@@ -172,13 +193,20 @@ static exr_result_t compress_chunk(exr_encode_pipeline_t *pipe)
 static void aim(exr_encode_pipeline_t *pipe, const hpr_image *image, const hpr_image_labels *labels, int y)
 {
     size_t n = image->channel_count, row = (size_t)y * (size_t)image->width;
+    char variance[LONG_NAME + 1];
     for (int i = 0; i < pipe->channel_count; i++) {
         exr_coding_channel_info_t *channel = pipe->channels + i;
         const float *from = image->coverage + row;
         size_t stride = sizeof(float);
         for (size_t c = 0; c < n; c++) {
-            if (!strcmp(channel->channel_name, channel_name(image, labels, c))) {
-                from = image->radiance + row * n + c;
+            const float *values = NULL;
+            variance_name(image, labels, c, variance);
+            if (!strcmp(channel->channel_name, channel_name(image, labels, c)))
+                values = image->radiance;
+            else if (!strcmp(channel->channel_name, variance))
+                values = image->variance;
+            if (values) {
+                from = values + row * n + c;
                 stride = n * sizeof(float);
             }
         }

@@ -1,6 +1,6 @@
 /* What a run did and cost, as JSON. The README lists the keys; they do not change their meaning. */
 #include "io/atomic_file.h"
-#include "io/json_text.h"
+#include "io/report_parts.h"
 #include "solver/solution.h"
 
 #include <hprad/report.h>
@@ -9,7 +9,7 @@
 #include <string.h>
 #include <sys/resource.h>
 
-static void add_program(cJSON *root, const hpr_context *ctx, bool *ok)
+void hpr_report_add_program(cJSON *root, const hpr_context *ctx, bool *ok)
 {
     cJSON *hprad = hpr_json_object(root, "hprad", ok);
     hpr_json_text(hprad, "version", hpr_version(), ok);
@@ -25,7 +25,9 @@ static void add_counts(cJSON *root, const hpr_solution *solution, bool *ok)
     cJSON *settings = hpr_json_object(root, "settings", ok);
     hpr_json_number(settings, "order", summary->options.order, ok);
     hpr_json_number(settings, "subdivide", summary->options.subdivide, ok);
+    hpr_json_number(settings, "feet", summary->options.feet, ok);
     hpr_json_number(settings, "block_tolerance", summary->block_tolerance, ok);
+    hpr_json_number(settings, "blocked_tolerance", summary->blocked_tolerance, ok);
     hpr_json_number(settings, "solver_tolerance", summary->options.solver_tolerance, ok);
     hpr_json_text(settings, "direct", summary->direct == HPR_DIRECT_EXACT ? "exact" : "galerkin", ok);
     hpr_json_number(settings, "max_sweeps", summary->options.max_sweeps, ok);
@@ -59,6 +61,7 @@ static void add_counters(cJSON *root, const hpr_context *ctx, bool *ok)
         [HPR_COUNT_PAIRS_HIDDEN] = "pairs_hidden",
         [HPR_COUNT_PAIRS_VISIBLE] = "pairs_visible",
         [HPR_COUNT_PAIRS_PARTIAL] = "pairs_partial",
+        [HPR_COUNT_SAMPLED] = "blocks_sampled",
         [HPR_COUNT_SHORT] = "blocks_short",
     };
     cJSON *counters = hpr_json_object(root, "counters", ok);
@@ -73,7 +76,7 @@ static double seconds(const struct timeval *time)
     return (double)time->tv_sec + 1e-6 * (double)time->tv_usec;
 }
 
-static void add_cost(cJSON *root, const hpr_context *ctx, bool *ok)
+void hpr_report_add_cost(cJSON *root, const hpr_context *ctx, bool *ok)
 {
     hpr_stage_time times[HPR_MAX_STAGES];
     size_t count = hpr_stage_times(ctx, times);
@@ -118,7 +121,7 @@ static void add_energy(cJSON *root, const hpr_solution *solution, bool *ok)
     }
 }
 
-static void add_warnings(cJSON *root, const hpr_context *ctx, bool *ok)
+void hpr_report_add_warnings(cJSON *root, const hpr_context *ctx, bool *ok)
 {
     cJSON *warnings = hpr_json_array(root, "warnings", ok);
     size_t count = hpr_warning_count(ctx);
@@ -126,28 +129,10 @@ static void add_warnings(cJSON *root, const hpr_context *ctx, bool *ok)
         hpr_json_text(warnings, NULL, hpr_warning_text(ctx, i), ok);
 }
 
-static char *print_report(const hpr_context *ctx, const hpr_solution *solution, const char *scene_path)
+hpr_status hpr_report_save(hpr_context *ctx, cJSON *root, bool ok, const char *path)
 {
-    bool ok = true;
-    cJSON *root = cJSON_CreateObject();
-    add_program(root, ctx, &ok);
-    hpr_json_text(root, "scene", scene_path ? scene_path : solution->scene_name, &ok);
-    add_counts(root, solution, &ok);
-    add_counters(root, ctx, &ok);
-    add_cost(root, ctx, &ok);
-    add_accuracy(root, &solution->summary, &ok);
-    add_energy(root, solution, &ok);
-    add_warnings(root, ctx, &ok);
     char *text = ok ? cJSON_Print(root) : NULL;
     cJSON_Delete(root);
-    return text;
-}
-
-hpr_status hpr_report_write(hpr_context *ctx, const hpr_solution *solution, const char *scene_path,
-                            const char *path)
-{
-    hpr_context_clear_error(ctx);
-    char *text = print_report(ctx, solution, scene_path);
     if (!text)
         return hpr_fail(ctx, HPR_ERR_MEMORY, "out of memory: a report");
     hpr_atomic_file file;
@@ -161,4 +146,21 @@ hpr_status hpr_report_write(hpr_context *ctx, const hpr_solution *solution, cons
     hpr_atomic_abort(&file);
     cJSON_free(text);
     return status;
+}
+
+hpr_status hpr_report_write(hpr_context *ctx, const hpr_solution *solution, const char *scene_path,
+                            const char *path)
+{
+    bool ok = true;
+    hpr_context_clear_error(ctx);
+    cJSON *root = cJSON_CreateObject();
+    hpr_report_add_program(root, ctx, &ok);
+    hpr_json_text(root, "scene", scene_path ? scene_path : solution->scene_name, &ok);
+    add_counts(root, solution, &ok);
+    add_counters(root, ctx, &ok);
+    hpr_report_add_cost(root, ctx, &ok);
+    add_accuracy(root, &solution->summary, &ok);
+    add_energy(root, solution, &ok);
+    hpr_report_add_warnings(root, ctx, &ok);
+    return hpr_report_save(ctx, root, ok, path);
 }

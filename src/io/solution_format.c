@@ -64,6 +64,7 @@ const hpr_field *hpr_summary_fields(size_t *count)
     static const hpr_field fields[] = {
         {"order", HPR_FIELD_INT, AT(options.order)},
         {"subdivide", HPR_FIELD_INT, AT(options.subdivide)},
+        {"feet", HPR_FIELD_INT, AT(options.feet)},
         {"blockTolerance", HPR_FIELD_DOUBLE, AT(options.block_tolerance)},
         {"solverTolerance", HPR_FIELD_DOUBLE, AT(options.solver_tolerance)},
         {"maxSweeps", HPR_FIELD_INT, AT(options.max_sweeps)},
@@ -78,6 +79,7 @@ const hpr_field *hpr_summary_fields(size_t *count)
         {"degenerateCount", HPR_FIELD_SIZE, AT(degenerate_count)},
         {"duplicateCount", HPR_FIELD_SIZE, AT(duplicate_count)},
         {"blockToleranceUsed", HPR_FIELD_DOUBLE, AT(block_tolerance)},
+        {"blockedTolerance", HPR_FIELD_DOUBLE, AT(blocked_tolerance)},
         {"shortCount", HPR_FIELD_SIZE, AT(short_count)},
         {"sweeps", HPR_FIELD_INT, AT(sweeps)},
         {"residual", HPR_FIELD_DOUBLE, AT(residual)},

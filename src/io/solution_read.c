@@ -411,6 +411,10 @@ static hpr_status read_figures(reader *r)
                              &solution->patches->degenerate_count) ||
          !hpr_json_read_size(member(patches, "duplicateCount"), 0x1p53, &solution->patches->duplicate_count)))
         status = broken(r, "degenerateCount or duplicateCount is missing");
+    if (status == HPR_OK &&
+        (!hpr_json_read_exact(member(patches, "weldDistance"), &solution->patches->weld_m) ||
+         !(solution->patches->weld_m >= 0)))
+        status = broken(r, "weldDistance is missing or negative");
     if (status == HPR_OK)
         status = hpr_allocate_into(r->context, &solution->energy, r->sizes.channels, sizeof *solution->energy,
                                    "energy terms");

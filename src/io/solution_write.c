@@ -11,7 +11,8 @@
  *   scene       file name of the scene, without folders
  *   exposure    COLOR_0 = clamp(exposure * L, 0, 1), L = (exitance + reflectance * H) / pi in W/m2/sr
  *   channels    names, usually R, G, B (linear Rec. 709)
- *   patches     count, degenerateCount, duplicateCount (faces left out), and per patch, one patch being one
+ *   patches     count, degenerateCount, duplicateCount (faces left out), weldDistance (m;
+ *               corners nearer than this are one), and per patch, one patch being one
  *               side of a surface, x = origin + s edge1 + t edge2:
  *       shape         uint8: 0 parallelogram (0 <= s,t <= 1), 1 triangle (0 <= s,t and s+t <= 1)
  *       side          uint8: 1 for the back of a doubleSided face
@@ -275,6 +276,7 @@ static hpr_status add_extension(hpr_glb_builder *glb, const hpr_solution *soluti
     hpr_json_number(group, "count", (double)sizes.patches, ok);
     hpr_json_number(group, "degenerateCount", (double)p->degenerate_count, ok);
     hpr_json_number(group, "duplicateCount", (double)p->duplicate_count, ok);
+    hpr_json_number(group, "weldDistance", p->weld_m, ok);
     group = hpr_json_object(extension, "elements", ok);
     hpr_json_number(group, "count", (double)sizes.nodes, ok);
     hpr_json_number(group, "leafCount", (double)sizes.leaves, ok);

@@ -1,48 +1,44 @@
 /* From patches and elements to links: who sees whom, how much memory that takes, and all the blocks. */
 #include "link/links.h"
 #include "quadrature/block.h"
-#include "visibility/visibility.h"
+#include "visibility/views.h"
 
+#include <math.h>
 #include <omp.h>
 #include <stdatomic.h>
 #include <string.h>
 #include <unistd.h>
 
-/* Above this many patches the blockers of a pair are not worked out (that is cubic); every pair that faces
- * each other then counts as partly visible, with all occluders as blockers. */
-enum { MAX_CLASSIFIED_PATCHES = 512 };
-
 typedef struct assembly {
+    const hpr_coverage *coverage;
     const hpr_patches *patches;
     const hpr_elements *elements;
     hpr_context *context;
     hpr_visibility *visibility;
+    hpr_views *views;
     hpr_quadrature *quadrature;
     hpr_links *links;
-    bool classify;
-    uint8_t *verdict; /* [patches][patches] hpr_verdict, upper triangle */
-    size_t occluder_count;
-    uint32_t *everyone;    /* [occluder_count] 0, 1, 2 ... : the blockers where nothing is classified */
-    size_t *blocker_first; /* [link_count + 1] into blocker */
-    uint32_t *blocker;     /* candidates of the partly visible links */
-    size_t blocker_capacity;
+    uint8_t *verdict;   /* [patches][patches] hpr_verdict, upper triangle */
+    double area_m2;     /* of all patches */
     size_t *task_first; /* [link_count + 1] first task of each link; a task is one receiver leaf */
 } assembly;
 
-static void patch_facet(const hpr_patches *patches, size_t patch, hpr_facet *facet)
+/* The element, or its only open part. */
+static void frame_facet(const hpr_element_frame *frame, const hpr_polygon *part, int part_count,
+                        hpr_facet *facet)
 {
-    facet->corner_count = hpr_patch_corners(patches, patch, facet->corner);
-    memcpy(facet->normal, patches->normal + 3 * patch, sizeof facet->normal);
-}
-
-static void frame_facet(const hpr_element_frame *frame, hpr_facet *facet)
-{
+    hpr_vec3_store(facet->normal, frame->normal);
+    if (part_count == 1 && part->count <= 4) {
+        facet->corner_count = (size_t)part->count;
+        for (int i = 0; i < part->count; i++)
+            hpr_vec3_store(facet->corner[i], hpr_frame_point(frame, part->corner[i][0], part->corner[i][1]));
+        return;
+    }
     hpr_cell whole = hpr_cell_whole(frame->shape);
     hpr_vec3 corner[4];
     facet->corner_count = (size_t)hpr_cell_corners(frame, &whole, corner);
     for (size_t i = 0; i < facet->corner_count; i++)
         hpr_vec3_store(facet->corner[i], corner[i]);
-    hpr_vec3_store(facet->normal, frame->normal);
 }
 
 /* Verdicts of all pairs of patches; counts those that see something. */
@@ -55,16 +51,8 @@ static hpr_status find_verdicts(assembly *a, size_t *link_count)
         return status;
 #pragma omp parallel for schedule(dynamic, 4) num_threads(hpr_context_threads(a->context))
     for (size_t i = 0; i < n; i++) {
-        hpr_facet fi, fj;
-        patch_facet(a->patches, i, &fi);
         for (size_t j = i + 1; j < n && !hpr_cancelled(a->context); j++) {
-            patch_facet(a->patches, j, &fj);
-            size_t count = 0;
-            /* An empty list of candidates asks only whether they face each other. */
-            hpr_verdict verdict = hpr_visibility_classify(a->visibility, &fi, &fj,
-                                                          a->classify ? NULL : a->everyone, 0, NULL, &count);
-            if (!a->classify && verdict == HPR_SEES_WHOLLY && n > 2)
-                verdict = HPR_SEES_PARTLY;
+            hpr_verdict verdict = hpr_views_classify(a->views, i, j, NULL, NULL);
             a->verdict[i * n + j] = (uint8_t)verdict;
             if (verdict != HPR_SEES_NOTHING)
                 atomic_fetch_add(&seen, 1);
@@ -168,43 +156,58 @@ static hpr_status make_links(assembly *a)
     return status;
 }
 
-/* Blockers of each partly visible pair of patches; the leaves' blockers are among them. */
-static hpr_status list_blockers(assembly *a)
-{
-    size_t n = a->patches->count, total = 0;
-    hpr_links *links = a->links;
-    uint32_t *found = NULL;
-    hpr_status status = hpr_allocate_into(a->context, &a->blocker_first, links->count + 1,
-                                          sizeof *a->blocker_first, "blockers");
-    if (status == HPR_OK)
-        status = hpr_allocate_into(a->context, &found, a->occluder_count, sizeof *found, "blockers");
-    for (size_t l = 0; status == HPR_OK && a->classify && l < links->count; l++) {
-        const hpr_link *link = &links->link[l];
-        size_t count = 0;
-        if (a->verdict[link->recv * n + link->send] == HPR_SEES_PARTLY) {
-            hpr_facet recv, send;
-            patch_facet(a->patches, link->recv, &recv);
-            patch_facet(a->patches, link->send, &send);
-            hpr_visibility_classify(a->visibility, &recv, &send, NULL, 0, found, &count);
-            status =
-                hpr_grow(a->context, &a->blocker, &a->blocker_capacity, total + count, sizeof *a->blocker);
-            if (status == HPR_OK && count)
-                memcpy(a->blocker + total, found, count * sizeof *found);
-        }
-        total += count;
-        a->blocker_first[l + 1] = total;
-    }
-    hpr_release(a->context, found);
-    return status;
-}
-
 /* Working memory of one thread, and what it counted. */
 typedef struct worker {
     hpr_block_scratch *scratch;
-    uint32_t *blocker; /* [occluder_count] */
-    double *block;     /* [HPR_MAX_BASIS]^2 */
+    uint32_t *candidate, *blocker; /* [occluder_count] of a pair of patches, of a pair of elements */
+    size_t candidate_count;
+    double *block; /* [HPR_MAX_BASIS]^2 */
     uint64_t counts[HPR_COUNTER_COUNT];
 } worker;
+
+/*
+ * What the partly visible pairs cost, about 0.1 to 10 ms each, decides how exactly they are clipped. A
+ * block's error of t sqrt(A_r A_s) / A is one of t A_s / A in the form factor: of one sign in all senders, a
+ * relative error of t in the irradiance; in truth they have either sign.
+ */
+static void choose_tolerances(assembly *a, double tolerance)
+{
+    static const struct {
+        size_t pairs;
+        double tolerance;
+    } level[] = {{1000, 1e-6}, {8000, 1e-3}, {60000, 3e-2}, {SIZE_MAX, 0}};
+    hpr_links *links = a->links;
+    size_t pairs = 0, n = a->patches->count, k = 0;
+    for (size_t l = 0; l < links->count; l++) {
+        const hpr_link *link = &links->link[l];
+        if (a->verdict[link->recv * n + link->send] == HPR_SEES_PARTLY)
+            pairs += patch_leaves(a, link->recv) * patch_leaves(a, link->send);
+    }
+    while (pairs > level[k].pairs)
+        k++;
+    links->tolerance = tolerance > 0 ? tolerance : links->occluded ? 1e-5 : 1e-12;
+    links->blocked_tolerance = !links->occluded ? 0 : tolerance > 0 ? tolerance : level[k].tolerance;
+    for (size_t i = 0; i < n; i++)
+        a->area_m2 += a->patches->area_m2[i];
+}
+
+/* Pairs with covered parts are clipped even where the others are sampled: what a small open part receives is
+ * divided by its area. */
+static void clip_if_due(const assembly *a, size_t leaf_i, size_t leaf_j, hpr_block_task *task)
+{
+    static const double with_parts = 0.03;
+    double tolerance = a->links->blocked_tolerance;
+    bool parts = task->recv_part_count || task->send_part_count;
+    if (tolerance == 0 && parts)
+        tolerance = with_parts;
+    if ((!task->blocker_count && !parts) || tolerance == 0)
+        return;
+    double recv_m2 = task->recv.area_m2 * hpr_coverage_open_share(a->coverage, leaf_i);
+    double send_m2 = task->send.area_m2 * hpr_coverage_open_share(a->coverage, leaf_j);
+    task->clip = true;
+    task->tolerance = tolerance;
+    task->negligible = tolerance * sqrt(recv_m2 * send_m2) / a->area_m2;
+}
 
 static void integrate_pair(const assembly *a, worker *w, size_t l, size_t leaf_i, size_t leaf_j)
 {
@@ -215,24 +218,24 @@ static void integrate_pair(const assembly *a, worker *w, size_t l, size_t leaf_i
                            .negligible = a->links->tolerance,
                            .contact_m = a->patches->weld_m,
                            .visibility = a->visibility};
-    if (a->verdict[link->recv * a->patches->count + link->send] == HPR_SEES_PARTLY) {
-        if (a->classify) {
-            hpr_facet recv, send;
-            frame_facet(&task.recv, &recv);
-            frame_facet(&task.send, &send);
-            const uint32_t *candidates = a->blocker + a->blocker_first[l];
-            size_t candidate_count = a->blocker_first[l + 1] - a->blocker_first[l];
-            if (hpr_visibility_classify(a->visibility, &recv, &send, candidates, candidate_count, w->blocker,
-                                        &task.blocker_count) == HPR_SEES_NOTHING) {
-                w->counts[HPR_COUNT_PAIRS_HIDDEN]++; /* its block stays zero */
-                return;
-            }
-            task.blockers = w->blocker;
-        } else {
-            task.blockers = a->everyone;
-            task.blocker_count = a->occluder_count;
-        }
+    task.recv_part = hpr_coverage_parts(a->coverage, leaf_i, &task.recv_part_count);
+    task.send_part = hpr_coverage_parts(a->coverage, leaf_j, &task.send_part_count);
+    if ((task.recv_part && !task.recv_part_count) || (task.send_part && !task.send_part_count)) {
+        w->counts[HPR_COUNT_PAIRS_HIDDEN]++;
+        return;
     }
+    if (a->verdict[link->recv * a->patches->count + link->send] == HPR_SEES_PARTLY) {
+        hpr_facet recv, send;
+        frame_facet(&task.recv, task.recv_part, task.recv_part_count, &recv);
+        frame_facet(&task.send, task.send_part, task.send_part_count, &send);
+        if (hpr_visibility_classify(a->visibility, &recv, &send, w->candidate, w->candidate_count, w->blocker,
+                                    &task.blocker_count) == HPR_SEES_NOTHING) {
+            w->counts[HPR_COUNT_PAIRS_HIDDEN]++; /* its block stays zero */
+            return;
+        }
+        task.blockers = w->blocker;
+    }
+    clip_if_due(a, leaf_i, leaf_j, &task);
     hpr_block_result result = hpr_block_ref(a->quadrature, &task, w->block, w->scratch);
     size_t stride, rows = leaf_dofs(a, leaf_i), columns = leaf_dofs(a, leaf_j);
     double *block = a->links->block + hpr_link_block(a->links, link, leaf_i, leaf_j, &stride);
@@ -246,7 +249,8 @@ static void integrate_pair(const assembly *a, worker *w, size_t l, size_t leaf_i
     w->counts[HPR_COUNT_KERNEL] += result.kernel_count;
     w->counts[HPR_COUNT_RAYS] += result.ray_count;
     w->counts[HPR_COUNT_CLIPS] += result.clip_count;
-    w->counts[HPR_COUNT_SHORT] += result.stopped_short && !task.blocker_count;
+    w->counts[HPR_COUNT_SHORT] += result.status == HPR_BLOCK_SHORT;
+    w->counts[HPR_COUNT_SAMPLED] += result.status == HPR_BLOCK_SAMPLED;
 }
 
 static size_t link_of_task(const assembly *a, size_t task)
@@ -274,6 +278,8 @@ static void integrate_all(assembly *a, worker *workers)
             size_t l = link_of_task(a, task);
             const hpr_link *link = &a->links->link[l];
             size_t leaf_i = a->elements->patch_leaf[link->recv] + (task - a->task_first[l]);
+            if (a->verdict[link->recv * a->patches->count + link->send] == HPR_SEES_PARTLY)
+                hpr_views_classify(a->views, link->recv, link->send, w->candidate, &w->candidate_count);
             for (size_t leaf_j = a->elements->patch_leaf[link->send];
                  leaf_j < a->elements->patch_leaf[link->send + 1] && !hpr_cancelled(a->context); leaf_j++)
                 integrate_pair(a, w, l, leaf_i, leaf_j);
@@ -287,14 +293,18 @@ static void integrate_all(assembly *a, worker *workers)
 static hpr_status integrate(assembly *a)
 {
     int threads = hpr_context_threads(a->context);
+    size_t occluders = hpr_visibility_occluder_count(a->visibility);
     worker *workers = NULL;
     hpr_status status =
         hpr_allocate_into(a->context, &workers, (size_t)threads, sizeof *workers, "quadrature scratch");
     for (int t = 0; status == HPR_OK && t < threads; t++) {
         status = hpr_block_scratch_create(a->context, &workers[t].scratch);
         if (status == HPR_OK)
-            status = hpr_allocate_into(a->context, &workers[t].blocker, a->occluder_count, sizeof(uint32_t),
-                                       "blockers");
+            status =
+                hpr_allocate_into(a->context, &workers[t].candidate, occluders, sizeof(uint32_t), "blockers");
+        if (status == HPR_OK)
+            status =
+                hpr_allocate_into(a->context, &workers[t].blocker, occluders, sizeof(uint32_t), "blockers");
         if (status == HPR_OK)
             status = hpr_allocate_into(a->context, &workers[t].block, (size_t)HPR_MAX_BASIS * HPR_MAX_BASIS,
                                        sizeof(double), "quadrature scratch");
@@ -306,6 +316,7 @@ static hpr_status integrate(assembly *a)
             hpr_count(a->context, (hpr_counter)c, workers[t].counts[c]);
         a->links->short_count += workers[t].counts[HPR_COUNT_SHORT];
         hpr_block_scratch_destroy(&workers[t].scratch);
+        hpr_release(a->context, workers[t].candidate);
         hpr_release(a->context, workers[t].blocker);
         hpr_release(a->context, workers[t].block);
     }
@@ -315,14 +326,12 @@ static hpr_status integrate(assembly *a)
     return status;
 }
 
-hpr_status hpr_links_assemble(const hpr_patches *patches, const hpr_elements *elements, double tolerance,
+hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *elements, double tolerance,
                               hpr_links **out)
 {
+    const hpr_patches *patches = hpr_coverage_patches(coverage);
     hpr_context *ctx = patches->context;
-    assembly a = {.patches = patches,
-                  .elements = elements,
-                  .context = ctx,
-                  .classify = patches->count <= MAX_CLASSIFIED_PATCHES};
+    assembly a = {.coverage = coverage, .patches = patches, .elements = elements, .context = ctx};
     *out = NULL;
     hpr_status status = hpr_allocate_into(ctx, &a.links, 1, sizeof *a.links, "links");
     if (status != HPR_OK)
@@ -330,25 +339,20 @@ hpr_status hpr_links_assemble(const hpr_patches *patches, const hpr_elements *el
     a.links->context = ctx;
     a.links->elements = elements;
     status = hpr_visibility_create(patches, &a.visibility);
-    if (status == HPR_OK) {
-        a.occluder_count = hpr_visibility_occluder_count(a.visibility);
-        status = hpr_allocate_into(ctx, &a.everyone, a.occluder_count, sizeof *a.everyone, "blockers");
-    }
-    for (size_t i = 0; status == HPR_OK && i < a.occluder_count; i++)
-        a.everyone[i] = (uint32_t)i;
+    if (status == HPR_OK)
+        status = hpr_views_create(a.visibility, NULL, &a.views);
     if (status == HPR_OK)
         status = hpr_quadrature_create(ctx, &a.quadrature);
     if (status == HPR_OK)
         status = make_links(&a);
-    if (status == HPR_OK)
-        status = list_blockers(&a);
     if (status == HPR_OK) {
-        a.links->tolerance = tolerance > 0 ? tolerance : a.links->occluded ? 1e-6 : 1e-12;
+        choose_tolerances(&a, tolerance);
         status = integrate(&a);
     }
+    hpr_views_destroy(&a.views);
     hpr_visibility_destroy(&a.visibility);
     hpr_quadrature_destroy(&a.quadrature);
-    void *arrays[] = {a.verdict, a.everyone, a.blocker_first, a.blocker, a.task_first};
+    void *arrays[] = {a.verdict, a.task_first};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
         hpr_release(ctx, arrays[i]);
     if (status != HPR_OK)

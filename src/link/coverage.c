@@ -17,6 +17,7 @@ enum { MAX_PIECES = 16 };
 /* The open part of a leaf, in the leaf's parameters. */
 typedef struct trimmed {
     int piece_count; /* 0: wholly covered */
+    double share;    /* of the leaf's area */
     hpr_polygon piece[MAX_PIECES];
     double *gram, *inverse; /* [n][n] G and its pseudo-inverse */
 } trimmed;
@@ -309,6 +310,7 @@ static hpr_status keep_trim(search *s, size_t leaf, trimmed *t)
 
 static hpr_status trim_leaf(search *s, size_t leaf)
 {
+    static const double nothing = 1e-6; /* an open part this small of a leaf is the cuts' rounding */
     uint32_t node = s->coverage->elements->leaf[leaf];
     bool triangle = s->coverage->patches->shape[s->patch] == HPR_SHAPE_TRIANGLE, covered = false;
     hpr_polygon whole = triangle ? (hpr_polygon){3, {{0, 0}, {1, 0}, {0, 1}}}
@@ -329,6 +331,10 @@ static hpr_status trim_leaf(search *s, size_t leaf)
         else
             return HPR_OK; /* too intricate: taken as open */
     }
+    for (int i = 0; i < t.piece_count; i++)
+        t.share += hpr_polygon_area(&t.piece[i]) / hpr_polygon_area(&whole);
+    if (t.share < nothing)
+        t.piece_count = 0;
     return covered ? keep_trim(s, leaf, &t) : HPR_OK;
 }
 
@@ -382,6 +388,11 @@ hpr_status hpr_coverage_create(const hpr_patches *patches, const hpr_elements *e
     return status;
 }
 
+const hpr_patches *hpr_coverage_patches(const hpr_coverage *coverage)
+{
+    return coverage->patches;
+}
+
 void hpr_coverage_count(const hpr_coverage *coverage, size_t *partly, size_t *wholly)
 {
     *partly = *wholly = 0;
@@ -393,6 +404,19 @@ static const trimmed *trim_of(const hpr_coverage *coverage, size_t leaf)
 {
     uint32_t index = coverage->trim_of_leaf[leaf];
     return index == HPR_NONE ? NULL : &coverage->trim[index];
+}
+
+const hpr_polygon *hpr_coverage_parts(const hpr_coverage *coverage, size_t leaf, int *count)
+{
+    const trimmed *trim = trim_of(coverage, leaf);
+    *count = trim ? trim->piece_count : 0;
+    return trim ? trim->piece : NULL;
+}
+
+double hpr_coverage_open_share(const hpr_coverage *coverage, size_t leaf)
+{
+    const trimmed *trim = trim_of(coverage, leaf);
+    return trim ? trim->share : 1;
 }
 
 static bool polygon_holds(const hpr_polygon *polygon, double s, double t)

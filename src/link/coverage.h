@@ -11,7 +11,7 @@
 
 #include "visibility/visibility.h"
 
-#include "patch/elements.h"
+#include "quadrature/pair.h"
 
 typedef struct hpr_coverage hpr_coverage;
 
@@ -24,8 +24,20 @@ hpr_status hpr_coverage_create(const hpr_patches *patches, const hpr_elements *e
                                hpr_coverage **coverage);
 void hpr_coverage_destroy(hpr_coverage **coverage);
 
+/* The patches that it was made from. */
+const hpr_patches *hpr_coverage_patches(const hpr_coverage *coverage);
+
 /* Leaves of which some part is covered, and those of which all is. */
 void hpr_coverage_count(const hpr_coverage *coverage, size_t *partly, size_t *wholly);
+
+/*
+ * The open part of a leaf of which some part is covered: convex polygons in its parameters, *count of them, 0
+ * if all is covered. NULL for an open leaf. Borrowed.
+ */
+const hpr_polygon *hpr_coverage_parts(const hpr_coverage *coverage, size_t leaf, int *count);
+
+/* The open part of a leaf's area, 0 .. 1. */
+double hpr_coverage_open_share(const hpr_coverage *coverage, size_t leaf);
 
 /* False if the point (s,t) of a leaf is covered. Thread-safe. */
 bool hpr_coverage_open(const hpr_coverage *coverage, size_t leaf, double s, double t);

@@ -11,6 +11,7 @@ typedef struct worker {
 
 typedef struct projection {
     const hpr_direct *direct;
+    const hpr_coverage *coverage;
     const hpr_patches *patches;
     const hpr_elements *elements;
     hpr_quadrature *quadrature;
@@ -44,6 +45,9 @@ static void add_emitter(const projection *p, worker *w, size_t leaf, size_t k)
                            .blockers = sight.blockers,
                            .blocker_count = sight.blocker_count,
                            .clip = true};
+    task.recv_part = hpr_coverage_parts(p->coverage, leaf, &task.recv_part_count);
+    if (task.recv_part && task.recv_part_count == 0)
+        return; /* covered */
     double column[HPR_MAX_BASIS];
     hpr_block_result result = hpr_block_ref(p->quadrature, &task, column, w->scratch);
     const hpr_elements *e = p->elements;
@@ -57,7 +61,7 @@ static void add_emitter(const projection *p, worker *w, size_t leaf, size_t k)
     w->counts[HPR_COUNT_KERNEL] += result.kernel_count;
     w->counts[HPR_COUNT_RAYS] += result.ray_count;
     w->counts[HPR_COUNT_CLIPS] += result.clip_count;
-    w->counts[HPR_COUNT_SHORT] += result.stopped_short || result.sampled;
+    w->counts[HPR_COUNT_SHORT] += result.status != HPR_BLOCK_WITHIN;
 }
 
 static void project_all(const projection *p, worker *workers, hpr_context *ctx)
@@ -69,15 +73,20 @@ static void project_all(const projection *p, worker *workers, hpr_context *ctx)
     }
 }
 
-hpr_status hpr_direct_moments(const hpr_direct *direct, const hpr_patches *patches,
+hpr_status hpr_direct_moments(const hpr_direct *direct, const hpr_coverage *coverage,
                               const hpr_elements *elements, double tolerance, double *moment,
                               size_t *short_count)
 {
+    const hpr_patches *patches = hpr_coverage_patches(coverage);
     hpr_context *ctx = patches->context;
     int threads = hpr_context_threads(ctx);
     worker *workers = NULL;
-    projection p = {
-        .direct = direct, .patches = patches, .elements = elements, .tolerance = tolerance, .moment = moment};
+    projection p = {.direct = direct,
+                    .coverage = coverage,
+                    .patches = patches,
+                    .elements = elements,
+                    .tolerance = tolerance,
+                    .moment = moment};
     hpr_status status = hpr_quadrature_create(ctx, &p.quadrature);
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &workers, (size_t)threads, sizeof *workers, "direct light");

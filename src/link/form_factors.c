@@ -1,7 +1,7 @@
 #include "link/form_factors.h"
 
 #include "quadrature/block.h"
-#include "visibility/visibility.h"
+#include "visibility/views.h"
 
 #include <omp.h>
 #include <stdatomic.h>
@@ -10,7 +10,7 @@
 /* Working memory of one thread, and what it counted. */
 typedef struct worker {
     hpr_block_scratch *scratch;
-    uint32_t *blocker; /* [divider_count] */
+    uint32_t *blocker; /* [occluder_count] */
     double *block;     /* [HPR_MAX_BASIS]^2 */
     hpr_pairs_done done;
     uint64_t kernel_count, ray_count, clip_count;
@@ -22,9 +22,8 @@ typedef struct assembly {
     double tolerance;
     int degree;
     hpr_visibility *visibility;
+    hpr_views *views;
     hpr_quadrature *quadrature;
-    uint32_t *divider; /* occluders that can come between some pair at all, rising */
-    size_t divider_count;
     worker *workers;
     double *result;    /* packed A F, or blocks */
     size_t block_size; /* 0: A F is wanted */
@@ -33,14 +32,6 @@ typedef struct assembly {
 static bool has_area(const hpr_patches *patches, size_t p)
 {
     return patches->area_m2[p] > 0;
-}
-
-static hpr_facet facet_of(const hpr_patches *patches, size_t p)
-{
-    hpr_facet facet;
-    facet.corner_count = hpr_patch_corners(patches, p, facet.corner);
-    memcpy(facet.normal, patches->normal + 3 * p, sizeof facet.normal);
-    return facet;
 }
 
 static hpr_element_frame frame_of(const assembly *a, size_t p)
@@ -55,53 +46,6 @@ static hpr_element_frame frame_of(const assembly *a, size_t p)
                                .area_m2 = patches->area_m2[p]};
 }
 
-/* Has the occluder's plane corners of patches on both sides? In a convex room that is so for none of them,
- * and no pair needs to look for blockers. The slack is below that of hpr_visibility_classify, which judges
- * finally.
- */
-static bool divides(const hpr_patches *patches, const hpr_convex *occluder, double slack)
-{
-    hpr_vec3 origin = occluder->corner[0], normal = {0, 0, 0};
-    for (int k = 1; k + 1 < occluder->count; k++)
-        normal = hpr_add(normal, hpr_cross(hpr_sub(occluder->corner[k], origin),
-                                           hpr_sub(occluder->corner[k + 1], origin)));
-    slack *= hpr_length(normal);
-    bool above = false, below = false;
-    for (size_t q = 0; q < patches->count && !(above && below); q++) {
-        double corner[4][3];
-        size_t count = has_area(patches, q) ? hpr_patch_corners(patches, q, corner) : 0;
-        for (size_t i = 0; i < count; i++) {
-            double height = hpr_dot(normal, hpr_sub(hpr_vec3_load(corner[i]), origin));
-            above |= height > slack;
-            below |= height < -slack;
-        }
-    }
-    return above && below;
-}
-
-static hpr_status find_dividers(assembly *a)
-{
-    const hpr_patches *patches = a->rows->patches;
-    const hpr_convex *occluder = hpr_visibility_outlines(a->visibility);
-    size_t n = hpr_visibility_occluder_count(a->visibility);
-    double centre[3], slack = 1e-13 * hpr_patches_radius(patches, centre);
-    bool *found = NULL;
-    hpr_status status = hpr_allocate_into(a->context, &a->divider, n, sizeof *a->divider, "blockers");
-    if (status == HPR_OK)
-        status = hpr_allocate_into(a->context, &found, n, sizeof *found, "blockers");
-    if (status != HPR_OK)
-        return status;
-#pragma omp parallel for schedule(dynamic, 16) num_threads(hpr_context_threads(a->context))
-    for (size_t i = 0; i < n; i++)
-        found[i] = divides(patches, &occluder[i], slack);
-    for (size_t i = 0; i < n; i++) {
-        if (found[i])
-            a->divider[a->divider_count++] = (uint32_t)i;
-    }
-    hpr_release(a->context, found);
-    return HPR_OK;
-}
-
 /* The block of patches p (receiver) and q into w->block; false if it is zero. */
 static bool integrate_pair(const assembly *a, worker *w, size_t p, size_t q)
 {
@@ -109,7 +53,6 @@ static bool integrate_pair(const assembly *a, worker *w, size_t p, size_t q)
     if (a->rows->patch_surface[p] == a->rows->patch_surface[q] || !has_area(patches, p) ||
         !has_area(patches, q))
         return false;
-    hpr_facet recv = facet_of(patches, p), send = facet_of(patches, q);
     hpr_block_task task = {.recv = frame_of(a, p),
                            .send = frame_of(a, q),
                            .tolerance = a->tolerance,
@@ -117,8 +60,7 @@ static bool integrate_pair(const assembly *a, worker *w, size_t p, size_t q)
                            .visibility = a->visibility,
                            .blockers = w->blocker,
                            .clip = true};
-    if (hpr_visibility_classify(a->visibility, &recv, &send, a->divider, a->divider_count, w->blocker,
-                                &task.blocker_count) == HPR_SEES_NOTHING)
+    if (hpr_views_classify(a->views, p, q, w->blocker, &task.blocker_count) == HPR_SEES_NOTHING)
         return false;
     hpr_block_result result = hpr_block_ref(a->quadrature, &task, w->block, w->scratch);
     w->kernel_count += result.kernel_count;
@@ -128,7 +70,7 @@ static bool integrate_pair(const assembly *a, worker *w, size_t p, size_t q)
         return false;
     w->done.pair_count++;
     w->done.blocked_count += task.blocker_count > 0;
-    w->done.short_count += result.stopped_short || result.sampled;
+    w->done.short_count += result.status != HPR_BLOCK_WITHIN;
     return true;
 }
 
@@ -202,13 +144,14 @@ static hpr_status make_workers(assembly *a)
 {
     int threads = hpr_context_threads(a->context);
     size_t n = hpr_form_blocks_size(a->rows, a->degree);
+    size_t occluders = hpr_visibility_occluder_count(a->visibility);
     hpr_status status =
         hpr_allocate_into(a->context, &a->workers, (size_t)threads, sizeof *a->workers, "quadrature scratch");
     for (int t = 0; status == HPR_OK && t < threads; t++) {
         worker *w = &a->workers[t];
         status = hpr_block_scratch_create(a->context, &w->scratch);
         if (status == HPR_OK)
-            status = hpr_allocate_into(a->context, &w->blocker, a->divider_count, sizeof *w->blocker,
+            status = hpr_allocate_into(a->context, &w->blocker, occluders, sizeof *w->blocker,
                                        "quadrature scratch");
         if (status == HPR_OK)
             status = hpr_allocate_into(a->context, &w->block, n * n, sizeof *w->block, "quadrature scratch");
@@ -240,7 +183,7 @@ static hpr_status run(assembly *a, hpr_pairs_done *done)
     if (status == HPR_OK)
         status = hpr_quadrature_create(a->context, &a->quadrature);
     if (status == HPR_OK)
-        status = find_dividers(a);
+        status = hpr_views_create(a->visibility, NULL, &a->views);
     if (status == HPR_OK)
         status = make_workers(a);
     if (status == HPR_OK) {
@@ -249,7 +192,7 @@ static hpr_status run(assembly *a, hpr_pairs_done *done)
             status = hpr_fail(a->context, HPR_ERR_INTERRUPTED, "interrupted");
     }
     close_workers(a, done);
-    hpr_release(a->context, a->divider);
+    hpr_views_destroy(&a->views);
     hpr_quadrature_destroy(&a->quadrature);
     hpr_visibility_destroy(&a->visibility);
     return status;

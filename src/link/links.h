@@ -6,7 +6,7 @@
 #ifndef HPR_LINK_LINKS_H
 #define HPR_LINK_LINKS_H
 
-#include "patch/elements.h"
+#include "link/coverage.h"
 
 typedef struct hpr_link {
     uint32_t recv, send; /* patches, recv < send */
@@ -21,12 +21,13 @@ typedef struct hpr_links {
     /* One matrix per link, row-major [dofs of recv] x [dofs of send]: K_ij of leaves i, j is its submatrix at
      * row dof_i - first dof of recv, column dof_j - first dof of send. */
     double *block;
-    size_t block_count; /* doubles in block */
-    size_t *row;        /* [patch_count + 1] into row_link */
-    uint32_t *row_link; /* links of each patch, rising by the other patch */
-    bool occluded;      /* some pair of patches may be blocked */
-    double tolerance;   /* of the blocks */
-    size_t short_count; /* blocks that stopped short of it */
+    size_t block_count;       /* doubles in block */
+    size_t *row;              /* [patch_count + 1] into row_link */
+    uint32_t *row_link;       /* links of each patch, rising by the other patch */
+    bool occluded;            /* some pair of patches may be blocked */
+    double tolerance;         /* of blocks that nothing obstructs */
+    double blocked_tolerance; /* of the others; 0: they are sampled */
+    size_t short_count;       /* blocks that stopped short of it */
 } hpr_links;
 
 /* First entry of the block of leaves i (of the link's receiver) and j (of its sender); rows are `*stride`
@@ -35,11 +36,13 @@ size_t hpr_link_block(const hpr_links *links, const hpr_link *link, size_t leaf_
                       size_t *stride);
 
 /*
- * Integrates all blocks. tolerance 0: 1e-12 if no pair of patches may be blocked, 1e-6 else (sampled
- * visibility is far coarser). Same bits for any thread count. Errors: HPR_ERR_MEMORY (also when the blocks
- * would exceed the machine's memory), HPR_ERR_DEVICE, HPR_ERR_INTERRUPTED.
+ * Integrates all blocks. tolerance 0: 1e-12 if no pair of patches may be blocked, 1e-5 else; pairs that see
+ * each other partly are clipped to a tolerance chosen by their number, relative to the block or to the
+ * sender's share of the area, and if there are too many they are sampled. Same bits for any thread count.
+ * Errors: HPR_ERR_MEMORY (also when the blocks would exceed the machine's memory), HPR_ERR_DEVICE,
+ * HPR_ERR_INTERRUPTED.
  */
-hpr_status hpr_links_assemble(const hpr_patches *patches, const hpr_elements *elements, double tolerance,
+hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *elements, double tolerance,
                               hpr_links **links);
 void hpr_links_destroy(hpr_links **links);
 

@@ -3,6 +3,7 @@
 #include "math/vec3.h"
 
 #include <hprad/solve.h>
+#include <string.h>
 
 /*
  * The frame of a node in the parameters of its patch: (s,t) = origin + a edge1 + b edge2. All entries are
@@ -76,19 +77,31 @@ static void build_node(build *b, uint32_t node, const frame *f, int level)
     }
 }
 
-static hpr_status allocate_nodes(hpr_elements *elements)
+/* The arrays of nodes, so that they are made and grown alike. */
+enum { NODE_COLUMNS = 8 };
+
+typedef struct column {
+    void *array; /* address of the pointer */
+    size_t item_bytes;
+} column;
+
+static void node_columns(hpr_elements *elements, column columns[NODE_COLUMNS])
 {
-    const struct {
-        void *array; /* address of the pointer */
-        size_t item_bytes;
-    } columns[] = {
+    const column all[NODE_COLUMNS] = {
         {&elements->patch, sizeof(uint32_t)},    {&elements->child, sizeof(uint32_t)},
         {&elements->axis, sizeof(uint8_t)},      {&elements->degree, sizeof(uint8_t)},
         {&elements->origin, 3 * sizeof(double)}, {&elements->edge1, 3 * sizeof(double)},
         {&elements->edge2, 3 * sizeof(double)},  {&elements->area_m2, sizeof(double)},
     };
+    memcpy(columns, all, sizeof all);
+}
+
+static hpr_status allocate_nodes(hpr_elements *elements)
+{
+    column columns[NODE_COLUMNS];
     hpr_status status = HPR_OK;
-    for (size_t i = 0; status == HPR_OK && i < sizeof columns / sizeof *columns; i++)
+    node_columns(elements, columns);
+    for (size_t i = 0; status == HPR_OK && i < NODE_COLUMNS; i++)
         status = hpr_allocate_into(elements->context, columns[i].array, elements->node_count,
                                    columns[i].item_bytes, "elements");
     return status;
@@ -131,6 +144,53 @@ done:
         hpr_elements_destroy(&elements);
     *out = elements;
     return status;
+}
+
+/* Walks down to the marked leaves with the frames of the nodes, and splits these. */
+static void split_below(build *b, const bool *marked, uint32_t node, const frame *f, int level)
+{
+    hpr_elements *elements = b->elements;
+    hpr_shape shape = (hpr_shape)b->patches->shape[b->patch];
+    if (elements->child[node] == HPR_NONE) {
+        if (marked[elements->leaf_of_node[node]]) {
+            b->depth = level + 2;
+            b->order = elements->degree[node];
+            build_node(b, node, f, level);
+        }
+        return;
+    }
+    uint32_t child = elements->child[node];
+    for (int which = 0; which < 2; which++) {
+        frame g = child_frame(f, shape, elements->axis[node], which);
+        split_below(b, marked, child + (uint32_t)which, &g, level + 1);
+    }
+}
+
+hpr_status hpr_elements_split(const hpr_patches *patches, hpr_elements *elements, const bool *marked)
+{
+    enum { NODES_PER_SPLIT = 6 };
+    column columns[NODE_COLUMNS];
+    size_t count = elements->node_count;
+    hpr_status status = HPR_OK;
+    build b = {.patches = patches, .elements = elements, .next = (uint32_t)count};
+    for (size_t i = 0; i < elements->leaf_count; i++)
+        count += marked[i] ? NODES_PER_SPLIT : 0;
+    if (count >= HPR_NONE)
+        return hpr_fail(elements->context, HPR_ERR_MEMORY,
+                        "%zu elements are more than 32-bit indices can name", count);
+    node_columns(elements, columns);
+    for (size_t i = 0; status == HPR_OK && i < NODE_COLUMNS; i++) {
+        size_t capacity = elements->node_count;
+        status = hpr_grow(elements->context, columns[i].array, &capacity, count, columns[i].item_bytes);
+    }
+    if (status != HPR_OK)
+        return status;
+    for (b.patch = 0; b.patch < patches->count; b.patch++) {
+        const frame whole = {{0, 0}, {1, 0}, {0, 1}};
+        split_below(&b, marked, b.patch, &whole, 0);
+    }
+    elements->node_count = count;
+    return hpr_elements_index(patches, elements);
 }
 
 static void release_index(hpr_elements *elements)

@@ -33,6 +33,10 @@ typedef struct hpr_elements {
  * Errors: HPR_ERR_ARG (order, subdivide), HPR_ERR_MEMORY (too many for memory or indices). */
 hpr_status hpr_elements_uniform(const hpr_patches *patches, int order, int subdivide,
                                 hpr_elements **elements);
+/* Splits the leaves that are marked, marked [leaf_count], each into four of the same degree: a parallelogram
+ * along both axes, a triangle twice. Leaves are numbered anew. Errors: HPR_ERR_MEMORY. */
+hpr_status hpr_elements_split(const hpr_patches *patches, hpr_elements *elements, const bool *marked);
+
 void hpr_elements_destroy(hpr_elements **elements);
 
 /* Fills leaf, leaf_of_node, patch_leaf and dof from the tree; called by whoever has built one. Errors:

@@ -11,8 +11,7 @@ double hpr_polygon_area(const hpr_polygon *p)
     return fabs(area) / 2;
 }
 
-/* The part of a polygon where sign * f >= 0. */
-static hpr_polygon half_polygon(const hpr_polygon *polygon, const hpr_affine *f, double sign)
+hpr_polygon hpr_polygon_half(const hpr_polygon *polygon, const hpr_affine *f, double sign)
 {
     hpr_polygon half = {0};
     for (int i = 0; i < polygon->count; i++) {
@@ -43,7 +42,8 @@ void hpr_cuts_along(hpr_cuts *p, const hpr_affine *f)
     if (!(fabs(f->along1) + fabs(f->along2) > 0))
         return;
     for (int k = p->count - 1; k >= 0 && p->count < HPR_MAX_CUTS; k--) {
-        hpr_polygon left = half_polygon(&p->piece[k], f, 1), right = half_polygon(&p->piece[k], f, -1);
+        hpr_polygon left = hpr_polygon_half(&p->piece[k], f, 1),
+                    right = hpr_polygon_half(&p->piece[k], f, -1);
         if (left.count < 3 || right.count < 3 || p->piece[k].count >= HPR_POLYGON_MAX - 1 ||
             hpr_polygon_area(&left) <= p->least || hpr_polygon_area(&right) <= p->least)
             continue;

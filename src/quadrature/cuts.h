@@ -17,6 +17,9 @@ double hpr_polygon_area(const hpr_polygon *polygon);
 /* The polygon as the only piece. */
 void hpr_cuts_init(hpr_cuts *pieces, const hpr_polygon *polygon);
 
+/* The part of a polygon where sign * f >= 0; its count is 0 if nothing is left. */
+hpr_polygon hpr_polygon_half(const hpr_polygon *polygon, const hpr_affine *f, double sign);
+
 /* Cuts every piece along the line f = 0; stops quietly at HPR_MAX_CUTS. */
 void hpr_cuts_along(hpr_cuts *pieces, const hpr_affine *f);
 

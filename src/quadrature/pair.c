@@ -18,6 +18,8 @@ void hpr_pair_init(hpr_pair *pair, const hpr_element_frame *recv, const hpr_elem
 {
     pair->blocker = NULL;
     pair->blocker_count = 0;
+    pair->recv_part = pair->send_part = NULL;
+    pair->recv_part_count = pair->send_part_count = 0;
     pair->recv = *recv;
     pair->send = *send;
     hpr_vec3 offset = hpr_sub(send->origin, recv->origin);

@@ -46,6 +46,9 @@ typedef struct hpr_pair {
      * like the pair. */
     const hpr_convex *blocker;
     int blocker_count;
+    /* Convex parts of the elements that are integrated over instead of all of them; 0: all. Borrowed. */
+    const hpr_polygon *recv_part, *send_part;
+    int recv_part_count, send_part_count;
 } hpr_pair;
 
 void hpr_pair_init(hpr_pair *pair, const hpr_element_frame *recv, const hpr_element_frame *send);

@@ -50,21 +50,21 @@ typedef struct hpr_rule {
     hpr_cell recv, send;
     int recv_nodes[2],
         send_nodes[2]; /* product; clipped (its outer side): nodes along each axis */
-    /* vertex, edge: one term of their sums, over a box of eta1 eta2 eta3 (vertex) or eta2 eta3 (edge) */
+    /* vertex, edge: one term of their sums */
     int term;
-    int kernel_nodes; /* along each axis of the box: there the kernel varies */
-    int scale_nodes;  /* along the other axes: there only the polynomials vary */
-    hpr_box box;      /* vertex, edge; clipped: hpr_outer_at's u, v */
+    int kernel_nodes; /* along the axes on which the kernel varies */
+    int scale_nodes;  /* along the others, on which only the polynomials vary */
     hpr_nested nested;
     /* clipped */
+    hpr_box box; /* hpr_outer_at's u, v */
     bool recv_is_outer;
     hpr_polygon inner; /* the other side's part, in its parameters */
     int inner_degree;  /* total degree of the inner polynomials; 0: the closed form is used */
     double tolerance;  /* of the inner integral */
 } hpr_rule;
 
-/* Terms and axes of the vertex and the edge rule. */
-enum { HPR_VERTEX_TERMS = 2, HPR_VERTEX_AXES = 3, HPR_EDGE_TERMS = 5, HPR_EDGE_AXES = 2 };
+/* Terms of the vertex and the edge rule. */
+enum { HPR_VERTEX_TERMS = 2, HPR_EDGE_TERMS = 5 };
 
 /* Largest number of points on one side of a group. */
 enum { HPR_NODES_MAX = HPR_GAUSS_MAX, HPR_POINTS_MAX = HPR_NODES_MAX * HPR_NODES_MAX };
@@ -161,10 +161,9 @@ typedef struct hpr_centre {
 
 typedef struct hpr_rule_outcome {
     bool seen;             /* false: neither faces the other, the block is zero */
-    bool stopped_short;    /* some rule misses the tolerance */
+    bool stopped_short;    /* the effort was at its limit */
     double error;          /* estimated, absolute, of the dimensionless block; beside the rules' own */
     double rounding;       /* relative to what the rules contribute */
-    uint64_t kernel_count; /* kernels that the choice itself evaluated */
     uint64_t clip_count;   /* points for which the choice clipped the other side */
     int centre_count;      /* homotheties that the sums still have to go through */
     hpr_centre centre[2];
@@ -173,10 +172,9 @@ typedef struct hpr_rule_outcome {
 typedef void (*hpr_rule_sink)(void *user, const hpr_rule *rule);
 
 /*
- * Rules for one pair of polygons that face each other wholly, at any distance: the outer polygon is cut along
- * the projections of the inner one's edges, the pieces fall into triangles, and boxes of these are halved
- * until the inner integral of a constant (Lambert's formula) is resolved to `tolerance` of the whole. degree:
- * total degrees in the parameters. Returns false if it stopped short.
+ * Rules for one pair of polygons that face each other wholly and do not touch: the outer polygon is cut along
+ * the projections of the inner one's edges and divided until Gauss resolves the inner integral to `tolerance`
+ * of the whole. Returns false if it stopped short.
  */
 bool hpr_nested_choose(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_polygon *recv,
                        const hpr_polygon *send, double tolerance, hpr_rule_sink sink, void *user);

@@ -1,12 +1,14 @@
-/* Which rule for which pair of pieces: product Gauss by an error bound, vertex and edge rules by trial. */
+/* Which rule for which pair: homotheties where it touches, product Gauss where it is far, between them
+ * whichever is cheapest. */
 #include "quadrature/contact.h"
+#include "quadrature/cuts.h"
 #include "quadrature/homothety.h"
 #include "quadrature/rule.h"
 
 #include <float.h>
 #include <string.h>
 
-enum { MAX_DEPTH = 60, MAX_TOUCHING_DEPTH = 40, MAX_RULES = 20000 };
+enum { MAX_DEPTH = 60, MAX_RULES = 20000 };
 
 typedef struct chooser {
     const hpr_gauss_table *gauss;
@@ -161,117 +163,17 @@ static void separate(chooser *c, const hpr_cell *recv, const hpr_cell *send, int
     emit(c, &rule);
 }
 
-typedef struct kernel_sum {
-    double sum;
-    uint64_t count;
-} kernel_sum;
-
-static void add_kernel_sum(void *user, const hpr_group *group)
+/* A touching pair whose visibility is sampled: nodes for about three digits, and those that are exact where
+ * the polynomials vary alone. */
+static void touching(chooser *c, hpr_rule rule)
 {
-    kernel_sum *total = user;
-    total->sum += hpr_group_sum(group);
-    total->count += (uint64_t)group->recv.count * (uint64_t)group->send.count;
-}
-
-static int term_count(const hpr_rule *rule)
-{
-    return rule->kind == HPR_RULE_EDGE ? HPR_EDGE_TERMS : HPR_VERTEX_TERMS;
-}
-
-/* The kernel's integral over the rule's term and box, all polynomials 1. */
-static double kernel_integral(chooser *c, const hpr_rule *rule)
-{
-    kernel_sum total = {0};
-    hpr_rule_points(c->gauss, c->pair, rule, c->group, add_kernel_sum, &total);
-    c->outcome.kernel_count += total.count;
-    return total.sum;
-}
-
-/* Nodes are added for the polynomials; where they vary alone, the number that is exact for them is taken. */
-static void emit_touching(chooser *c, const hpr_rule *kernel_rule)
-{
-    hpr_rule rule = *kernel_rule;
+    enum { KERNEL_NODES = 6 };
     int degree = hpr_total_degree(&c->pair->recv) + hpr_total_degree(&c->pair->send);
-    rule.kernel_nodes = clamp_nodes(c, rule.kernel_nodes + (degree + 1) / 2, 1);
+    rule.kernel_nodes = clamp_nodes(c, KERNEL_NODES + (degree + 1) / 2, 1);
     rule.scale_nodes = clamp_nodes(c, (degree + 3) / 2, 1);
-    emit(c, &rule);
-}
-
-/* One box of a term: emitted if its halves along every axis agree with it, else halved where they agree
- * least. */
-static void refine_touching(chooser *c, hpr_rule rule, double whole, double allowed, int depth)
-{
-    enum { AXES = HPR_VERTEX_AXES };
-    int axes = rule.kind == HPR_RULE_EDGE ? HPR_EDGE_AXES : HPR_VERTEX_AXES, worst = 0;
-    hpr_box box = rule.box, half[AXES][2];
-    double part[AXES][2], error[AXES];
-    for (int axis = 0; axis < axes; axis++) {
-        hpr_box_halve(&box, axis, half[axis]);
-        for (int which = 0; which < 2; which++) {
-            rule.box = half[axis][which];
-            part[axis][which] = kernel_integral(c, &rule);
-        }
-        error[axis] = fabs(whole - part[axis][0] - part[axis][1]);
-        worst = error[axis] > error[worst] ? axis : worst;
-    }
-    rule.box = box;
-    bool stop = depth >= MAX_TOUCHING_DEPTH || c->rule_count >= MAX_RULES;
-    if (error[worst] <= allowed || stop) {
-        c->outcome.stopped_short |= error[worst] > allowed;
-        emit_touching(c, &rule);
-        return;
-    }
-    for (int which = 0; which < 2; which++) {
-        rule.box = half[worst][which];
-        refine_touching(c, rule, part[worst][which], allowed, depth + 1);
-    }
-}
-
-/*
- * The number of nodes for a touching pair: the kernel alone is integrated with rising numbers of nodes until
- * two agree. 0 if that converges too slowly, as at small angles and for slender wings. *total: the integral.
- */
-static int trial_nodes(chooser *c, hpr_rule rule, double *total)
-{
-    static const int trial[] = {2, 3, 4, 6, 8, 10, 12, 15, 19, 24, 30};
-    /* Boxes cost their nodes for the polynomials each, so that at high degree one large box wins for longer.
-     */
-    enum { HALF_WAY = 10, LOW_DEGREE = 8 };
-    int degree = hpr_total_degree(&c->pair->recv) + hpr_total_degree(&c->pair->send);
-    double before = 0;
-    rule.scale_nodes = 1;
-    rule.box = hpr_box_unit();
-    for (size_t i = 0; i < sizeof trial / sizeof *trial; i++) {
-        rule.kernel_nodes = trial[i];
-        *total = 0;
-        for (rule.term = 0; rule.term < term_count(&rule); rule.term++)
-            *total += kernel_integral(c, &rule);
-        double change = fabs(*total - before);
-        if (i > 0 && change <= c->tolerance * *total)
-            return trial[i];
-        if (trial[i] == HALF_WAY && degree <= LOW_DEGREE && change > sqrt(c->tolerance) * *total)
-            return 0;
-        before = *total;
-    }
-    return 0;
-}
-
-/* A touching pair with the nodes that the trial found, or in boxes: the kernel's variables are two or three
- * whatever the polynomials are, so that cutting them adaptively is cheap. */
-static void touching(chooser *c, hpr_rule rule, int nodes, double total)
-{
-    static const double box_share = 0.01, rounding = 1e-15;
-    enum { BOX_NODES = 8 };
-    double allowed = fmax(box_share * c->tolerance, rounding) * total;
-    rule.box = hpr_box_unit();
-    rule.scale_nodes = 1;
-    rule.kernel_nodes = nodes ? nodes : BOX_NODES;
-    for (rule.term = 0; rule.term < term_count(&rule); rule.term++) {
-        if (nodes)
-            emit_touching(c, &rule);
-        else
-            refine_touching(c, rule, kernel_integral(c, &rule), allowed, 0);
-    }
+    rule.error = c->tolerance;
+    for (rule.term = 0; rule.term < (rule.kind == HPR_RULE_EDGE ? HPR_EDGE_TERMS : HPR_VERTEX_TERMS); rule.term++)
+        emit(c, &rule);
 }
 
 /* The piece with its contact point `touch` as vertex 0. */
@@ -304,38 +206,28 @@ static bool constants(const chooser *c)
     return c->pair->recv.degree == 0 && c->pair->send.degree == 0;
 }
 
-enum { MAX_PAIRS = HPR_PIECES_MAX * HPR_PIECES_MAX };
-
-/* Rules for all pairs of pieces. False, and nothing emitted, if the nested rule serves better: constants in a
- * configuration in which the touching rules converge slowly. */
-static bool emit_pieces(chooser *c, const hpr_contact *contact)
+/* Rules for all pairs of pieces. */
+static void emit_pieces(chooser *c, const hpr_contact *contact)
 {
-    hpr_rule rule[MAX_PAIRS];
-    int nodes[MAX_PAIRS], count = contact->recv_count * contact->send_count;
-    double total[MAX_PAIRS];
-    bool sampled = c->demand->least_nodes > 1;
-    for (int i = 0; i < count; i++) {
-        const hpr_piece *a = &contact->recv[i / contact->send_count],
-                        *b = &contact->send[i % contact->send_count];
-        nodes[i] = touching_rule(a, b, &rule[i]) ? trial_nodes(c, rule[i], &total[i]) : -1;
-        if (nodes[i] == 0 && constants(c) && !sampled)
-            return false;
+    for (int i = 0; i < contact->recv_count; i++) {
+        for (int j = 0; j < contact->send_count; j++) {
+            const hpr_piece *a = &contact->recv[i], *b = &contact->send[j];
+            hpr_rule rule;
+            if (touching_rule(a, b, &rule))
+                touching(c, rule);
+            else
+                separate(c, &a->cell, &b->cell, 0);
+        }
     }
-    for (int i = 0; i < count; i++) {
-        if (nodes[i] >= 0)
-            touching(c, rule[i], nodes[i], total[i]);
-        else
-            separate(c, &contact->recv[i / contact->send_count].cell,
-                     &contact->send[i % contact->send_count].cell, 0);
-    }
-    return true;
 }
 
-static void clipped(chooser *c, const hpr_contact *contact)
+static void clip_parts(chooser *c, const hpr_polygon *recv, const hpr_polygon *send)
 {
     const hpr_clipped_demand demand = {c->demand->tolerance, c->demand->negligible};
-    hpr_clipped_outcome outcome = hpr_clipped_choose(c->gauss, c->pair, &contact->recv_front,
-                                                     &contact->send_front, &demand, c->sink, c->user);
+    if (recv->count < 3 || send->count < 3)
+        return;
+    hpr_clipped_outcome outcome =
+        hpr_clipped_choose(c->gauss, c->pair, recv, send, &demand, c->sink, c->user);
     c->outcome.stopped_short |= !outcome.complete;
     c->outcome.clip_count += outcome.clip_count;
     c->outcome.error += outcome.error;
@@ -392,6 +284,27 @@ static double flatness(const hpr_element_frame *frame, const hpr_affine *height,
     return fmax(hpr_length(frame->edge1), hpr_length(frame->edge2)) / highest;
 }
 
+/* Part k of an element, cut to the front of the other's plane. */
+static hpr_polygon front_part(const hpr_polygon *part, const hpr_affine *height, const hpr_polygon *front,
+                              int k, int count)
+{
+    return count ? hpr_polygon_half(&part[k], height, 1) : *front;
+}
+
+static void clipped(chooser *c, const hpr_contact *contact)
+{
+    const hpr_pair *p = c->pair;
+    for (int i = 0; i < (p->recv_part_count ? p->recv_part_count : 1); i++) {
+        hpr_polygon recv =
+            front_part(p->recv_part, &p->recv_height, &contact->recv_front, i, p->recv_part_count);
+        for (int j = 0; j < (p->send_part_count ? p->send_part_count : 1); j++) {
+            hpr_polygon send =
+                front_part(p->send_part, &p->send_height, &contact->send_front, j, p->send_part_count);
+            clip_parts(c, &recv, &send);
+        }
+    }
+}
+
 static void integrate(chooser *c, const hpr_cell *recv, const hpr_cell *send)
 {
     hpr_contact contact;
@@ -402,7 +315,7 @@ static void integrate(chooser *c, const hpr_cell *recv, const hpr_cell *send)
     c->outcome.rounding = DBL_EPSILON * (4 + flatness(&c->pair->recv, &c->pair->recv_height, &contact.recv_front) +
                                          flatness(&c->pair->send, &c->pair->send_height, &contact.send_front));
     bool sampled = c->demand->least_nodes > 1, separate = contact.kind == HPR_CONTACT_SEPARATE;
-    if (c->pair->blocker_count) {
+    if (c->pair->blocker_count || c->pair->recv_part_count || c->pair->send_part_count) {
         clipped(c, &contact);
         return;
     }
@@ -452,7 +365,7 @@ hpr_rule_outcome hpr_rules_choose(const hpr_gauss_table *gauss, const hpr_pair *
                                   const hpr_rule_demand *demand, hpr_group *group, hpr_rule_sink sink,
                                   void *user)
 {
-    static const double share = 0.7; /* a rule errs along several axes */
+    static const double share = 0.35; /* a rule errs along several axes */
     chooser c = {.gauss = gauss, .pair = pair, .demand = demand, .group = group, .sink = sink, .user = user};
     hpr_cell recv = hpr_cell_whole(pair->recv.shape), send = hpr_cell_whole(pair->send.shape);
     c.tolerance = share * tolerance_of(pair, &recv, &send, demand);

@@ -2,6 +2,8 @@
 
 #include "basis/basis.h"
 
+#include <math.h>
+
 hpr_status hpr_reconstruction_init(const hpr_solution *solution, hpr_reconstruction *reconstruction)
 {
     *reconstruction = (hpr_reconstruction){.solution = solution};
@@ -39,6 +41,10 @@ void hpr_reconstruct_point(const hpr_reconstruction *reconstruction, size_t patc
         for (size_t c = 0; c < n; c++)
             irradiance[c] += scale * basis[k] * coefficient[c];
     }
-    if (reconstruction->direct)
-        hpr_direct_add(reconstruction->direct, leaf, leaf_s, leaf_t, irradiance);
+    if (!reconstruction->direct)
+        return;
+    /* No light is negative: where the polynomial dips below 0, 0 is nearer to the truth. */
+    for (size_t c = 0; c < n; c++)
+        irradiance[c] = fmax(irradiance[c], 0);
+    hpr_direct_add(reconstruction->direct, leaf, leaf_s, leaf_t, irradiance);
 }

@@ -19,7 +19,7 @@ void hpr_reconstruction_fini(hpr_reconstruction *reconstruction);
 
 /*
  * H at the point (s,t) of a patch, W/m2: sum_k irradiance[k] T_k of the leaf that holds it, plus D there; 0
- * where the patch is covered.
+ * where the patch is covered. With exact direct light the sum, the indirect part, is not let below 0.
  * irradiance: [channels]. Never allocates; concurrent calls allowed.
  */
 void hpr_reconstruct_point(const hpr_reconstruction *reconstruction, size_t patch, double s, double t,

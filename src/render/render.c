@@ -1,36 +1,18 @@
 #include "reconstruct/reconstruct.h"
 #include "render/camera.h"
+#include "render/film.h"
 #include "render/strata.h"
 #include "visibility/visibility.h"
 
-#include <hprad/render.h>
-#include <math.h>
 #include <omp.h>
 
-enum { MAX_SIDE = 32768, MAX_SAMPLES = 4096, DEFAULT_HEIGHT = 512, DEFAULT_SAMPLES = 4 };
+enum { MAX_SAMPLES = 4096, DEFAULT_SAMPLES = 4 };
 
 static const double pi = 3.14159265358979323846;
 
 void hpr_render_options_init(hpr_render_options *options)
 {
     *options = (hpr_render_options){.samples = DEFAULT_SAMPLES};
-}
-
-/* One side given: the other follows the camera's aspect. */
-static hpr_status picture_size(hpr_context *ctx, const hpr_camera *camera, const hpr_render_options *options,
-                               hpr_image *image)
-{
-    double aspect = hpr_camera_aspect(camera), width = options->width, height = options->height;
-    if (height == 0)
-        height = width == 0 ? DEFAULT_HEIGHT : round(width / aspect);
-    if (width == 0)
-        width = round(height * aspect);
-    if (!(width >= 1 && width <= MAX_SIDE && height >= 1 && height <= MAX_SIDE))
-        return hpr_fail(ctx, HPR_ERR_ARG, "a picture of %.0f x %.0f pixels: sides must be 1 to %d", width,
-                        height, MAX_SIDE);
-    image->width = (int)width;
-    image->height = (int)height;
-    return HPR_OK;
 }
 
 typedef struct view {
@@ -102,19 +84,14 @@ static hpr_status render_rows(hpr_context *ctx, const view *v, hpr_image *image,
 }
 
 static hpr_status render_image(hpr_context *ctx, const hpr_solution *solution, const hpr_camera *camera,
-                               const hpr_render_options *options, hpr_image *image)
+                               int samples, hpr_image *image)
 {
-    size_t n = solution->channel_count, pixels = (size_t)image->width * (size_t)image->height;
+    size_t n = solution->channel_count;
     size_t stride = (2 * n + 15) / 16 * 16; /* threads do not share cache lines */
     hpr_visibility *visibility = NULL;
     double *scratch = NULL;
-    image->channel_count = n;
-    hpr_status status = hpr_allocate_into(ctx, &image->radiance, pixels, n * sizeof(float), "a picture");
-    if (status == HPR_OK)
-        status = hpr_allocate_into(ctx, &image->coverage, pixels, sizeof(float), "a picture");
-    if (status == HPR_OK)
-        status = hpr_allocate_into(ctx, &scratch, (size_t)hpr_context_threads(ctx), stride * sizeof *scratch,
-                                   "rendering");
+    hpr_status status = hpr_allocate_into(ctx, &scratch, (size_t)hpr_context_threads(ctx),
+                                          stride * sizeof *scratch, "rendering");
     if (status == HPR_OK)
         status = hpr_visibility_create(solution->patches, &visibility);
     hpr_reconstruction reconstruction = {0};
@@ -125,7 +102,7 @@ static hpr_status render_image(hpr_context *ctx, const hpr_solution *solution, c
                         .reconstruction = reconstruction,
                         .visibility = visibility,
                         .camera = camera,
-                        .strata = hpr_strata_of((uint32_t)options->samples),
+                        .strata = hpr_strata_of((uint32_t)samples),
                         .aspect = (double)image->width / image->height};
         status = render_rows(ctx, &v, image, scratch, stride);
     }
@@ -150,20 +127,14 @@ hpr_status hpr_solution_render(hpr_context *ctx, const hpr_solution *solution, s
     if (options->samples < 1 || options->samples > MAX_SAMPLES)
         return hpr_fail(ctx, HPR_ERR_ARG, "%d samples per pixel: must be 1 to %d", options->samples,
                         MAX_SAMPLES);
-    hpr_status status = picture_size(ctx, &solution->camera[camera], options, image);
+    const hpr_camera *view_from = &solution->camera[camera];
+    hpr_status status = hpr_film_open(ctx, view_from, options, solution->channel_count, false, image);
     if (status == HPR_OK) {
         hpr_stage_begin(ctx, "render");
-        status = render_image(ctx, solution, &solution->camera[camera], options, image);
+        status = render_image(ctx, solution, view_from, options->samples, image);
         hpr_stage_end(ctx);
     }
     if (status != HPR_OK)
         hpr_image_fini(ctx, image);
     return status;
-}
-
-void hpr_image_fini(hpr_context *ctx, hpr_image *image)
-{
-    hpr_release(ctx, image->radiance);
-    hpr_release(ctx, image->coverage);
-    *image = (hpr_image){0};
 }

@@ -13,6 +13,7 @@ void hpr_solve_options_init(hpr_solve_options *options)
 {
     *options = (hpr_solve_options){.order = HPR_DEFAULT_ORDER,
                                    .subdivide = HPR_DEFAULT_SUBDIVIDE,
+                                   .feet = HPR_DEFAULT_FEET,
                                    .solver_tolerance = 1e-13,
                                    .max_sweeps = 20000};
 }
@@ -24,6 +25,9 @@ static hpr_status check_options(hpr_context *ctx, const hpr_solve_options *optio
     if (options->subdivide < 0 || options->subdivide > HPR_MAX_SUBDIVIDE)
         return hpr_fail(ctx, HPR_ERR_ARG, "subdivision %d is not in 0 .. %d", options->subdivide,
                         HPR_MAX_SUBDIVIDE);
+    if (options->feet < 0 || options->feet > HPR_MAX_FEET)
+        return hpr_fail(ctx, HPR_ERR_ARG, "%d quarterings at feet are not in 0 .. %d", options->feet,
+                        HPR_MAX_FEET);
     if (!(options->block_tolerance >= 0 && options->block_tolerance < 1))
         return hpr_fail(ctx, HPR_ERR_ARG, "block tolerance %g is not in [0, 1)", options->block_tolerance);
     if (!(options->solver_tolerance > 0 && options->solver_tolerance < 1))
@@ -75,6 +79,34 @@ static hpr_status describe(hpr_solution *solution, const hpr_scene *scene)
     return status;
 }
 
+/* Quarters the elements that the foot of an object cuts, `times` times: there H has a jump in its
+ * derivatives, or in itself. */
+static hpr_status refine_feet(hpr_solution *solution, int times)
+{
+    hpr_context *ctx = solution->context;
+    hpr_status status = HPR_OK;
+    for (int time = 0; status == HPR_OK && time < times; time++) {
+        hpr_coverage *coverage = NULL;
+        bool *marked = NULL;
+        size_t count = solution->elements->leaf_count, found = 0;
+        status = hpr_coverage_create(solution->patches, solution->elements, &coverage);
+        if (status == HPR_OK)
+            status = hpr_allocate_into(ctx, &marked, count, sizeof *marked, "elements");
+        for (size_t leaf = 0; status == HPR_OK && leaf < count; leaf++) {
+            int parts;
+            marked[leaf] = hpr_coverage_parts(coverage, leaf, &parts) && parts > 0;
+            found += marked[leaf];
+        }
+        if (status == HPR_OK && found)
+            status = hpr_elements_split(solution->patches, solution->elements, marked);
+        hpr_release(ctx, marked);
+        hpr_coverage_destroy(&coverage);
+        if (!found)
+            break;
+    }
+    return status;
+}
+
 static hpr_status make_mesh(hpr_solution *solution, const hpr_scene *scene, const hpr_solve_options *options)
 {
     hpr_context *ctx = solution->context;
@@ -82,6 +114,8 @@ static hpr_status make_mesh(hpr_solution *solution, const hpr_scene *scene, cons
     if (status == HPR_OK)
         status =
             hpr_elements_uniform(solution->patches, options->order, options->subdivide, &solution->elements);
+    if (status == HPR_OK)
+        status = refine_feet(solution, options->feet);
     if (status != HPR_OK)
         return status;
     const hpr_elements *e = solution->elements;
@@ -193,23 +227,23 @@ static hpr_status gather_direct(const hpr_solution *solution, const hpr_links *l
 
 /* The moments of D by clipping: where D jumps the quadrature is cut, so that what the elements cannot show of
  * D is orthogonal to what they send. */
-static hpr_status project_direct(hpr_solution *solution, double *direct)
+static hpr_status project_direct(hpr_solution *solution, const hpr_coverage *coverage, double *direct)
 {
     static const double tolerance = 1e-5;
     hpr_direct *emitters = NULL;
     size_t short_count = 0;
     hpr_status status = hpr_direct_create(solution->patches, solution->elements, &emitters);
     if (status == HPR_OK)
-        status = hpr_direct_moments(emitters, solution->patches, solution->elements, tolerance, direct,
-                                    &short_count);
+        status = hpr_direct_moments(emitters, coverage, solution->elements, tolerance, direct, &short_count);
     hpr_direct_destroy(&emitters);
     return status;
 }
 
-static hpr_status find_direct(hpr_solution *solution, const hpr_links *links, double *direct)
+static hpr_status find_direct(hpr_solution *solution, const hpr_links *links, const hpr_coverage *coverage,
+                              double *direct)
 {
     if (solution->summary.direct == HPR_DIRECT_EXACT)
-        return project_direct(solution, direct);
+        return project_direct(solution, coverage, direct);
     return gather_direct(solution, links, direct);
 }
 
@@ -219,11 +253,11 @@ static void summarise_links(hpr_solution *solution, const hpr_links *links)
     summary->link_count = links->count;
     summary->block_bytes = links->block_count * sizeof(double);
     summary->block_tolerance = links->tolerance;
+    summary->blocked_tolerance = links->blocked_tolerance;
     summary->short_count = links->short_count;
     summary->occluded = links->occluded;
     if (links->short_count)
-        hpr_warn(solution->context, "%zu kernel blocks stopped short of their tolerance %g",
-                 links->short_count, links->tolerance);
+        hpr_warn(solution->context, "%zu kernel blocks stopped short of their tolerance", links->short_count);
 }
 
 /* H without its direct part, which is evaluated where it is wanted. Destroys `direct`. */
@@ -247,19 +281,18 @@ static hpr_status transport(hpr_solution *solution, const hpr_solve_options *opt
     hpr_coverage *coverage = NULL;
     double *direct = NULL; /* [channels][dofs] */
     hpr_stage_begin(ctx, "assembly");
-    hpr_status status =
-        hpr_links_assemble(solution->patches, solution->elements, options->block_tolerance, &links);
+    hpr_status status = hpr_coverage_create(solution->patches, solution->elements, &coverage);
+    if (status == HPR_OK)
+        status = hpr_links_assemble(coverage, solution->elements, options->block_tolerance, &links);
     hpr_stage_end(ctx);
     if (status == HPR_OK) {
         summarise_links(solution, links);
         status = hpr_allocate_into(ctx, &direct, solution->channel_count * solution->summary.dof_count,
                                    sizeof *direct, "direct light");
     }
-    if (status == HPR_OK)
-        status = hpr_coverage_create(solution->patches, solution->elements, &coverage);
     if (status == HPR_OK) {
         hpr_stage_begin(ctx, "direct light");
-        status = find_direct(solution, links, direct);
+        status = find_direct(solution, links, coverage, direct);
         hpr_stage_end(ctx);
     }
     if (status == HPR_OK) {

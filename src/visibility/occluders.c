@@ -330,7 +330,10 @@ static hpr_status merge(merger *m)
         if (count == 3) /* no vertex of its own */
             memcpy(m->position + 12 * p + 9, corner[0], sizeof corner[0]);
     }
-    hpr_status status = hpr_weld(m->context, m->position, 4 * m->count, m->slack / 2, m->id);
+    /* The fourth corner of a parallelogram that was merged from triangles is off its vertex by as much as
+     * vertices are welded over: taken as one with it, so that no light gets through between two faces. */
+    double one = fmax(m->slack / 2, 1.5 * m->patches->weld_m);
+    hpr_status status = hpr_weld(m->context, m->position, 4 * m->count, one, m->id);
     if (status != HPR_OK)
         return status;
     for (size_t p = 0; p < m->count; p++)
@@ -346,7 +349,7 @@ static void store(const merger *m, size_t p, hpr_convex *outline, double normal[
     const polygon *it = &m->polygons[p];
     outline->count = it->count;
     for (int k = 0; k < it->count; k++)
-        outline->corner[k] = place(m, it->merged ? it->vertex[k] : (uint32_t)(4 * p) + (uint32_t)k);
+        outline->corner[k] = place(m, it->vertex[k]);
     hpr_vec3_store(normal, it->normal);
 }
 

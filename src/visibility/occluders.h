@@ -15,9 +15,10 @@ enum { HPR_OCCLUDER_CORNERS = 16 };
 /*
  * The union of the listed patches as convex polygons, in metres: outline [*occluder_count], normal
  * [*occluder_count][3], both allocated here. The order is that of each one's lowest patch. A patch that is
- * merged with no other keeps its corners and normal bit by bit. Merged are polygons that share an edge, lie
- * in one plane and have a convex union, as long as nothing moves by more than `slack`; polygons that lie
- * within another of their plane are left out. The same for any order of threads. Errors: HPR_ERR_MEMORY.
+ * merged with no other keeps its normal bit by bit; corners nearer to each other than slack or
+ * patches->weld_m become one. Merged are polygons that share an edge, lie in one plane and have a convex
+ * union, as long as nothing moves by more than `slack`; polygons that lie within another of their plane are
+ * left out. The same for any order of threads. Errors: HPR_ERR_MEMORY.
  */
 hpr_status hpr_occluders_merge(const hpr_patches *patches, const uint32_t *listed, size_t listed_count,
                                double slack, hpr_convex **outline, double **normal, size_t *occluder_count);

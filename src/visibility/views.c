@@ -21,9 +21,11 @@ typedef struct sight {
     bool hidden; /* one occluder hides all of one from all of the other */
 } sight;
 
-/* A group and all groups from it on. */
+/* A group and all groups from `from` on: from itself on, or from the first on if only it is wanted. */
 typedef struct row {
-    sight *sight; /* [group_count - own index] */
+    bool wanted;
+    uint32_t from;
+    sight *sight; /* [group_count - from] */
     uint32_t *list;
     size_t list_count, capacity;
 } row;
@@ -304,7 +306,6 @@ static bool meets(const hpr_views *views, const shaft *sh, uint32_t index, bool 
 typedef struct descent {
     const hpr_views *views;
     const node *own;
-    size_t own_group;
     row *row;
     uint32_t **stack;
     size_t *capacity;
@@ -312,15 +313,15 @@ typedef struct descent {
 
 static void hide_all(const descent *d, const node *n)
 {
-    size_t from = n->group < d->own_group ? d->own_group : n->group;
-    for (size_t g = from; g < n->group_end; g++)
-        d->row->sight[g - d->own_group].hidden = true;
+    uint32_t from = n->group < d->row->from ? d->row->from : n->group;
+    for (uint32_t g = from; g < n->group_end; g++)
+        d->row->sight[g - d->row->from].hidden = true;
 }
 
 static hpr_status keep_list(const descent *d, size_t group, size_t base, size_t count)
 {
     row *r = d->row;
-    sight *it = &r->sight[group - d->own_group];
+    sight *it = &r->sight[group - r->from];
     hpr_status status =
         hpr_grow(d->views->context, &r->list, &r->capacity, r->list_count + count, sizeof *r->list);
     if (status != HPR_OK)
@@ -332,14 +333,14 @@ static hpr_status keep_list(const descent *d, size_t group, size_t base, size_t 
     return HPR_OK;
 }
 
-/* Goes through the groups of a node from the row's own group on. The candidates of its parent are at `base`
+/* Goes through the groups of a node, from the row's first on. The candidates of its parent are at `base`
  * on the stack. */
 static hpr_status descend(const descent *d, uint32_t index, size_t base, size_t count)
 {
     const node *n = &d->views->node[index];
     size_t kept = 0, top = base + count;
     shaft sh;
-    if (n->group_end <= d->own_group || count == 0)
+    if (n->group_end <= d->row->from || count == 0)
         return HPR_OK;
     hpr_status status = hpr_grow(d->views->context, d->stack, d->capacity, top + count, sizeof **d->stack);
     if (status != HPR_OK)
@@ -366,14 +367,10 @@ static hpr_status fill_row(hpr_views *views, uint32_t own, uint32_t **stack, siz
 {
     const hpr_visibility *visibility = views->visibility;
     const node *n = &views->node[own];
-    descent d = {.views = views,
-                 .own = n,
-                 .own_group = n->group,
-                 .row = &views->row[n->group],
-                 .stack = stack,
-                 .capacity = capacity};
-    hpr_status status = hpr_allocate_into(views->context, &d.row->sight, views->group_count - n->group,
-                                          sizeof *d.row->sight, "views between groups");
+    row *r = &views->row[n->group];
+    descent d = {.views = views, .own = n, .row = r, .stack = stack, .capacity = capacity};
+    hpr_status status = hpr_allocate_into(views->context, &r->sight, views->group_count - r->from,
+                                          sizeof *r->sight, "views between groups");
     if (status == HPR_OK)
         status = hpr_grow(views->context, stack, capacity, visibility->divider_count, sizeof **stack);
     if (status != HPR_OK)
@@ -392,7 +389,8 @@ static hpr_status fill_rows(hpr_views *views)
         size_t capacity = 0;
 #pragma omp for schedule(dynamic, 1)
         for (size_t i = 0; i < views->node_count; i++) {
-            if (views->node[i].child[0] != HPR_NONE || failure != HPR_OK)
+            const node *n = &views->node[i];
+            if (n->child[0] != HPR_NONE || !views->row[n->group].wanted || failure != HPR_OK)
                 continue;
             hpr_status status = hpr_cancelled(ctx) ? hpr_fail(ctx, HPR_ERR_INTERRUPTED, "interrupted")
                                                    : fill_row(views, (uint32_t)i, &stack, &capacity);
@@ -404,7 +402,24 @@ static hpr_status fill_rows(hpr_views *views)
     return (hpr_status)failure;
 }
 
-hpr_status hpr_views_create(const hpr_visibility *visibility, hpr_views **out)
+static hpr_status make_rows(hpr_views *views, const bool *wanted)
+{
+    hpr_status status = hpr_allocate_into(views->context, &views->row, views->group_count, sizeof *views->row,
+                                          "views between groups");
+    if (status != HPR_OK)
+        return status;
+    for (uint32_t g = 0; g < views->group_count; g++) {
+        views->row[g].wanted = !wanted;
+        views->row[g].from = wanted ? 0 : g;
+    }
+    for (size_t p = 0; wanted && p < views->visibility->patches->count; p++) {
+        if (wanted[p] && views->group[p] != HPR_NONE)
+            views->row[views->group[p]].wanted = true;
+    }
+    return views->visibility->divider_count ? fill_rows(views) : HPR_OK;
+}
+
+hpr_status hpr_views_create(const hpr_visibility *visibility, const bool *wanted, hpr_views **out)
 {
     hpr_context *ctx = visibility->context;
     size_t count = visibility->patches->count;
@@ -421,10 +436,7 @@ hpr_status hpr_views_create(const hpr_visibility *visibility, hpr_views **out)
     if (status == HPR_OK)
         status = make_tree(views);
     if (status == HPR_OK)
-        status = hpr_allocate_into(ctx, &views->row, views->group_count, sizeof *views->row,
-                                   "views between groups");
-    if (status == HPR_OK && visibility->divider_count)
-        status = fill_rows(views);
+        status = make_rows(views, wanted);
     if (status != HPR_OK)
         hpr_views_destroy(&views);
     *out = views;
@@ -453,15 +465,20 @@ hpr_verdict hpr_views_classify(const hpr_views *views, size_t p, size_t q, uint3
 {
     static const uint32_t none;
     const hpr_visibility *visibility = views->visibility;
-    uint32_t i = views->group[p], j = views->group[q], low = i < j ? i : j, high = i < j ? j : i;
+    uint32_t i = views->group[p], j = views->group[q];
     sight it = {0};
     if (blocker_count)
         *blocker_count = 0;
     if (i == HPR_NONE || j == HPR_NONE || p == q)
         return HPR_SEES_NOTHING;
-    const row *r = &views->row[low];
+    if (!views->row[i].wanted || views->row[i].from > j) {
+        uint32_t exchange = i;
+        i = j;
+        j = exchange;
+    }
+    const row *r = &views->row[i];
     if (visibility->divider_count)
-        it = r->sight[high - low];
+        it = r->sight[j - r->from];
     if (it.hidden)
         return HPR_SEES_NOTHING;
     hpr_facet a = hpr_patch_facet(visibility->patches, p), b = hpr_patch_facet(visibility->patches, q);

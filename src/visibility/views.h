@@ -12,12 +12,13 @@ typedef struct hpr_views hpr_views;
 /*
  * Puts patches into groups of up to HPR_VIEWS_GROUP that lie together and face alike, and finds for each pair
  * of groups the occluders that meet the shaft between their boxes, out of those of the pair's ancestors in
- * the tree of groups. Time grows like the number of pairs of groups times the length of their lists, memory
- * like the lists of the pairs of groups; where nothing can come between anything (a convex room), both are
- * negligible. Runs in parallel. Borrows `visibility`. Errors: HPR_ERR_MEMORY, HPR_ERR_INTERRUPTED.
+ * the tree of groups. wanted [patches]: only pairs with a wanted patch will be asked for; NULL: all. Time
+ * grows like the number of pairs of groups times the length of their lists, memory like the lists of the
+ * pairs of groups; where nothing can come between anything (a convex room), both are negligible. Runs in
+ * parallel. Borrows `visibility`. Errors: HPR_ERR_MEMORY, HPR_ERR_INTERRUPTED.
  */
 enum { HPR_VIEWS_GROUP = 16 };
-hpr_status hpr_views_create(const hpr_visibility *visibility, hpr_views **views);
+hpr_status hpr_views_create(const hpr_visibility *visibility, const bool *wanted, hpr_views **views);
 void hpr_views_destroy(hpr_views **views);
 
 /* The facet that a whole patch is. */

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """What order and subdivision cost and give on the Cornell box, the README's table:
 
-    measure_defaults.py HPRAD SCENE FINE P,N [P,N ...]
+    measure_defaults.py HPRAD SCENE FINE P,N,F [P,N,F ...]
 
-FINE and P,N are order,subdivide. Prints one Markdown row each: CPU seconds and memory of `hprad solve`, and the
+FINE and P,N,F are order,subdivide,feet. Prints one Markdown row each: CPU seconds and memory of `hprad solve`, and the
 irradiance's RMS difference from FINE, relative to its RMS, at 500 points spread over the surfaces by area (of the
 channels, the worst).
 """
@@ -20,9 +20,13 @@ import tempfile
 POINTS = 500
 
 
+def settings_text(setting):
+    return setting.replace(",", " --subdivide ", 1).replace(",", " --feet ")
+
+
 def solve(hprad, scene, setting, target):
-    order, subdivide = setting.split(",")
-    subprocess.run([hprad, "solve", scene, "--order", order, "--subdivide", subdivide, "--quiet",
+    order, subdivide, feet = setting.split(",")
+    subprocess.run([hprad, "solve", scene, "--order", order, "--subdivide", subdivide, "--feet", feet, "--quiet",
                     "-o", target + ".glb", "--report", target + ".json"], check=True)
     with open(target + ".json", encoding="utf-8") as file:
         return json.load(file)
@@ -75,14 +79,14 @@ def main():
     hprad, scene, fine_setting, *settings = sys.argv[1:]
     with tempfile.TemporaryDirectory() as folder:
         target, points = os.path.join(folder, "x"), os.path.join(folder, "points.csv")
-        solve(hprad, scene, "0,0", target)
+        solve(hprad, scene, "0,0,0", target)
         write_points(read_patches(target + ".glb"), points)
         solve(hprad, scene, fine_setting, target)
         fine = probe(hprad, target, points)
         for setting in settings:
             report = solve(hprad, scene, setting, target)
             rms = difference(probe(hprad, target, points), fine)
-            print(f"| `--order {setting.replace(',', ' --subdivide ')}` | {report['counts']['dofs']} "
+            print(f"| `--order {settings_text(setting)}` | {report['counts']['dofs']} "
                   f"| {report['cpu_seconds']:.1f} | {report['peak_memory_bytes'] / 1e6:.0f} | {100 * rms:.1f} % |",
                   flush=True)
 

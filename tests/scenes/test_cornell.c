@@ -20,7 +20,8 @@
 
 enum { SPREAD = 600, PER_PATCH = 4, POINTS_MAX = 1000, SIDE = 140 };
 
-static const double bound = 0.05, error_bound = 0.005;
+/* Observed 0.33% with an estimate four times as good; here the estimate's own error adds to it. */
+static const double bound = 0.006, error_bound = 0.005;
 
 typedef struct sample {
     size_t patch;
@@ -120,7 +121,7 @@ static void print_worst(const hpr_patches *patches, const sample *points, size_t
     }
 }
 
-static void irradiance_is_within_five_percent(void **state)
+static void irradiance_is_within_its_bound(void **state)
 {
     (void)state;
     static sample points[POINTS_MAX];
@@ -163,7 +164,7 @@ static void irradiance_is_within_five_percent(void **state)
         double all[3], spread[3];
         norms(points, 0, count, c, all);
         norms(points, 0, SPREAD, c, spread);
-        print_message("%s: RMS error %.2f%% of RMS irradiance (by area alone %.2f%%), bound %.0f%%; standard "
+        print_message("%s: RMS error %.2f%% of RMS irradiance (by area alone %.2f%%), bound %.1f%%; standard "
                       "error of the estimate %.2f%%, bound %.1f%%\n",
                       hpr_solution_channel_name(solution, (size_t)c), 100 * all[0] / all[2],
                       100 * spread[0] / spread[2], 100 * bound, 100 * all[1] / all[2], 100 * error_bound);
@@ -183,7 +184,7 @@ static void irradiance_is_within_five_percent(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(irradiance_is_within_five_percent),
+        cmocka_unit_test(irradiance_is_within_its_bound),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -48,6 +48,7 @@ static inline hpr_patches *random_patches(hpr_context *ctx, uint64_t *seed, size
     }
     p->degenerate_count = 3;
     p->duplicate_count = 5;
+    p->weld_m = 1.25e-7;
     return p;
 }
 

@@ -24,7 +24,7 @@ static double closure_error(const hpr_element_frame *face, int count, int *short
             if (i == j)
                 continue;
             hpr_block_result result = block_of(&face[i], &face[j], demanded, block);
-            *short_count += result.stopped_short;
+            *short_count += result.status != HPR_BLOCK_WITHIN;
             size_t columns = frame_basis(&face[j]);
             for (size_t k = 0; k < n; k++)
                 sum[k] += sqrt(face[j].area_m2) * block[k * columns];

@@ -20,11 +20,12 @@ SOLVE = ["--order", "--subdivide", "--tol", "--block-tol", "--max-sweeps", "--ma
          "--scene-index", "--report"]
 RENDER = ["--camera", "--size", "--samples", "--png", "--exposure"]
 OPTIONS = {"": SOLVE + RENDER, "solve": SOLVE, "render": RENDER, "probe": [],
-           "formfactors": ["--tol", "--order", "--use-eps", "--scene-index"]}
+           "formfactors": ["--tol", "--order", "--use-eps", "--scene-index"],
+           "reference": RENDER + ["--seed", "--environment", "--max-reflectance", "--metallic", "--scene-index", "--report"]}
 
 # arguments after `hprad`: texts that the message must hold
 WRONG_USAGE = [
-    ((), ["solve, render, probe, formfactors", "--help"]),
+    ((), ["solve, render, probe, formfactors, reference", "--help"]),
     (("study", "one.gltf"), ["'study'", "verb", "file"]),
     (("batch",), ["'batch'", "verb", "file"]),
     (("formfactors",), ["no input", "one model"]),

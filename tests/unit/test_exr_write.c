@@ -4,7 +4,7 @@
 
 #include <OpenEXR/openexr.h>
 
-enum { MOST_CHANNELS = 6 };
+enum { MOST_CHANNELS = 9 };
 
 typedef struct picture {
     hpr_image image;
@@ -39,6 +39,7 @@ static void empty(picture *p)
 {
     free(p->image.radiance);
     free(p->image.coverage);
+    free(p->image.variance);
     for (int c = 0; c < p->read_channels; c++)
         free(p->read[c]);
 }
@@ -207,6 +208,64 @@ static void other_channels_claim_no_colour_space(void **state)
     empty(&p);
 }
 
+/* Gives the picture variances, which are its radiances backwards. */
+static void add_variances(picture *p)
+{
+    size_t values = (size_t)p->image.width * (size_t)p->image.height * p->image.channel_count;
+    p->image.variance = calloc(values, sizeof(float));
+    for (size_t i = 0; i < values; i++)
+        p->image.variance[i] = p->image.radiance[values - 1 - i];
+}
+
+static void variances_are_a_layer(void **state)
+{
+    fixture *f = *state;
+    static const char *const long_names[] = {"a_channel_with_29_characters_"};
+    for (size_t channels = 1; channels <= 3; channels += 2) {
+        picture p;
+        const hpr_image_labels labels = {.channel_name = channels == 1 ? long_names : rgb};
+        fill(&p, 21, 18, channels, true);
+        add_variances(&p);
+        assert_int_equal(hpr_image_write_exr(f->context, &p.image, &labels, in_folder(f, "a.exr")), HPR_OK);
+        read_back(&p, in_folder(f, "a.exr"));
+        assert_int_equal(p.read_channels, 2 * channels + 1);
+        for (size_t c = 0; c < channels; c++) {
+            char name[64];
+            int at = 0;
+            snprintf(name, sizeof name, "variance.%s", labels.channel_name[c]);
+            while (at < p.read_channels && strcmp(p.name[at], name))
+                at++;
+            assert_true(at < p.read_channels);
+            for (size_t k = 0; k < 21 * 18; k++)
+                assert_memory_equal(p.image.variance + k * channels + c, p.read[at] + k, 4);
+        }
+        empty(&p);
+    }
+}
+
+static void channels_that_leave_no_name_are_refused(void **state)
+{
+    fixture *f = *state;
+    char longest[248];
+    memset(longest, 'x', 247);
+    longest[247] = '\0';
+    const char *const bad[] = {"variance.R", longest};
+    for (int i = 0; i < 2; i++) {
+        picture p;
+        const hpr_image_labels labels = {.channel_name = bad + i};
+        fill(&p, 4, 4, 1, false);
+        add_variances(&p);
+        assert_int_equal(hpr_image_write_exr(f->context, &p.image, &labels, in_folder(f, "a.exr")),
+                         HPR_ERR_ARG);
+        longest[246] = '\0'; /* with "variance." 255 characters, the most that OpenEXR takes */
+        if (i == 1)
+            assert_int_equal(hpr_image_write_exr(f->context, &p.image, &labels, in_folder(f, "a.exr")),
+                             HPR_OK);
+        longest[246] = 'x';
+        empty(&p);
+    }
+}
+
 static void same_picture_same_bytes(void **state)
 {
     fixture *f = *state;
@@ -287,6 +346,8 @@ int main(void)
         IO_TEST(chunks_of_equal_length_survive),
         IO_TEST(labels_are_written),
         IO_TEST(other_channels_claim_no_colour_space),
+        IO_TEST(variances_are_a_layer),
+        IO_TEST(channels_that_leave_no_name_are_refused),
         IO_TEST(same_picture_same_bytes),
         IO_TEST(bad_pictures_are_refused),
         IO_TEST(failures_leave_nothing),

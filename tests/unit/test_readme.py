@@ -61,8 +61,23 @@ def report_rows(text):
                 yield key, code_words(cells[1])
 
 
-def report_problems(text, report):
-    told = dict(report_rows(text))
+def reference_rows(text):
+    """The same for the report of a reference: its own table, and the keys that it shares."""
+    section = text[text.index("### Reference"):text.index("### Exit codes")]
+    shared = section[section.index("report of a reference has the keys"):section.index("of [any report]")]
+    common = dict(report_rows(text))
+    for key in code_words(shared):
+        if key in common:
+            yield key, common[key]
+        elif key + "[]" in common:
+            yield key + "[]", common[key + "[]"]
+    for line in section.splitlines():
+        cells = [cell.strip() for cell in line.strip("|").split(" | ")]
+        if line.startswith("| `"):
+            yield code_words(cells[0])[0], code_words(cells[1])
+
+
+def report_problems(told, report):
     for key, value in report.items():
         array = isinstance(value, list)
         name = key + "[]" if array else key
@@ -117,7 +132,7 @@ def main():
         text = file.read()
     lines = commands(text)
     check("the README has commands for every verb",
-          [f"none for {verb}" for verb in ("solve", "render", "probe") if not any(f" {verb} " in x for x in lines)])
+          [f"none for {verb}" for verb in ("solve", "render", "probe", "reference") if not any(f" {verb} " in x for x in lines)])
     with tempfile.TemporaryDirectory() as folder:
         os.symlink(os.path.join(root, "scenes"), os.path.join(folder, "scenes"))
         os.symlink(os.path.dirname(hprad), os.path.join(folder, "build"))
@@ -131,7 +146,10 @@ def main():
               [f"not in the README: {words}" for words in
                ["--order {order} --subdivide {subdivide}".format(**report["settings"])]
                if f"`{words}`: polynomials of degree {report['settings']['order']}" not in text])
-        check("the keys of a report", report_problems(text, report))
+        check("the keys of a report", report_problems(dict(report_rows(text)), report))
+        with open(os.path.join(folder, "truth.json"), encoding="utf-8") as file:
+            check("the keys of a reference's report",
+                  report_problems(dict(reference_rows(text)), json.load(file)))
         check("the columns of a probe table, and its points", table_problems(text, folder))
         check("the Python example reads a solution", python_problems(text, folder))
     check("files that the README names are there", missing_files(text, root))

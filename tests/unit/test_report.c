@@ -14,20 +14,22 @@ static hpr_solution example(fixture *f)
 {
     hpr_solution s = {.context = f->context, .scene_name = "box.gltf", .channel_count = 2, .energy = energy};
     s.channel_name = names;
-    s.summary = (hpr_solve_summary){.options = {2, 3, 0, 1e-12, 100},
-                                    .patch_count = 11,
-                                    .element_count = 704,
-                                    .dof_count = 6336,
-                                    .link_count = (size_t)1 << 40,
-                                    .block_bytes = 12345,
-                                    .channels_solved = 2,
-                                    .degenerate_count = 1,
-                                    .duplicate_count = 4,
-                                    .block_tolerance = 1e-6,
-                                    .short_count = 9,
-                                    .sweeps = 17,
-                                    .residual = 0.1 + 0.2,
-                                    .occluded = 1};
+    s.summary = (hpr_solve_summary){
+        .options = {.order = 2, .subdivide = 3, .feet = 1, .solver_tolerance = 1e-12, .max_sweeps = 100},
+        .blocked_tolerance = 1e-3,
+        .patch_count = 11,
+        .element_count = 704,
+        .dof_count = 6336,
+        .link_count = (size_t)1 << 40,
+        .block_bytes = 12345,
+        .channels_solved = 2,
+        .degenerate_count = 1,
+        .duplicate_count = 4,
+        .block_tolerance = 1e-6,
+        .short_count = 9,
+        .sweeps = 17,
+        .residual = 0.1 + 0.2,
+        .occluded = 1};
     return s;
 }
 
@@ -74,7 +76,9 @@ static void keys_are_as_documented(void **state)
         {"threads", 1},
         {"settings/order", 2},
         {"settings/subdivide", 3},
+        {"settings/feet", 1},
         {"settings/block_tolerance", 1e-6},
+        {"settings/blocked_tolerance", 1e-3},
         {"settings/solver_tolerance", 1e-12},
         {"settings/max_sweeps", 100},
         {"counts/patches", 11},
@@ -90,6 +94,8 @@ static void keys_are_as_documented(void **state)
         {"counters/rays", 5e9},
         {"counters/camera_rays", 0},
         {"counters/blocks", 0},
+        {"counters/blocks_sampled", 0},
+        {"counters/clips", 0},
         {"counters/blocks_short", 0},
         {"counters/pairs_hidden", 0},
         {"counters/pairs_visible", 0},

@@ -41,6 +41,7 @@ static void assert_same(hpr_solution *a, hpr_solution *b)
     a->summary.residual = b->summary.residual = NAN;
     assert_int_equal(a->patches->degenerate_count, b->patches->degenerate_count);
     assert_int_equal(a->patches->duplicate_count, b->patches->duplicate_count);
+    assert_true(a->patches->weld_m == b->patches->weld_m);
     assert_int_equal(a->camera_count, b->camera_count);
     for (size_t i = 0; i < a->camera_count; i++) {
         hpr_camera c = a->camera[i], d = b->camera[i];

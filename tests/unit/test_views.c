@@ -3,16 +3,18 @@
 
 #include "visibility/views.h"
 
-/* Compares all pairs; counts verdicts, and blockers. */
-static void compare_all(const hpr_patches *patches, const hpr_visibility *visibility, const char *what,
-                        size_t verdicts[3], size_t *blocker_count)
+/* Compares all pairs, or those with a wanted patch; counts verdicts, and blockers. */
+static void compare_all(const hpr_patches *patches, const hpr_visibility *visibility, const bool *wanted,
+                        const char *what, size_t verdicts[3], size_t *blocker_count)
 {
     hpr_views *views = NULL;
     size_t room = hpr_visibility_occluder_count(visibility);
     uint32_t *found = calloc(room + 1, sizeof *found), *expected = calloc(room + 1, sizeof *expected);
-    assert_int_equal(hpr_views_create(visibility, &views), HPR_OK);
+    assert_int_equal(hpr_views_create(visibility, wanted, &views), HPR_OK);
     for (size_t p = 0; p < patches->count; p++) {
         for (size_t q = 0; q < patches->count; q++) {
+            if (wanted && !wanted[p] && !wanted[q])
+                continue;
             size_t found_count = 99, expected_count = 99;
             hpr_verdict verdict = hpr_views_classify(views, p, q, found, &found_count);
             hpr_verdict plain = classify(visibility, patches, p, q, expected, &expected_count);
@@ -36,10 +38,12 @@ static void random_scenes_agree_with_the_plain_loop(void **state)
     hpr_context *ctx = shapes_context(2, NULL);
     uint64_t seed = 41;
     size_t verdicts[3] = {0}, blockers = 0;
+    bool wanted[RANDOM_COUNT] = {[3] = true, [70] = true, [71] = true};
     for (int n = 0; n < 2 * PLACE_COUNT; n++) {
         hpr_patches *patches = random_scene(ctx, &seed, &places[n % PLACE_COUNT]);
         hpr_visibility *visibility = see(patches);
-        compare_all(patches, visibility, "random scene", verdicts, &blockers);
+        compare_all(patches, visibility, NULL, "random scene", verdicts, &blockers);
+        compare_all(patches, visibility, wanted, "random scene, three wanted", verdicts, &blockers);
         hpr_visibility_destroy(&visibility);
         hpr_patches_destroy(&patches);
     }
@@ -84,7 +88,7 @@ static void tessellated_boxes_agree_with_the_plain_loop(void **state)
         hpr_visibility *visibility = see(patches);
         /* the third stands on the floor: its bottom lies in it */
         assert_int_equal(hpr_visibility_occluder_count(visibility), count == 3 ? 17 : 12);
-        compare_all(patches, visibility, "boxes", verdicts, &blockers);
+        compare_all(patches, visibility, NULL, "boxes", verdicts, &blockers);
         print_message("%zu boxes: nothing %zu, wholly %zu, partly %zu past %zu blockers\n", count,
                       verdicts[0], verdicts[1], verdicts[2], blockers);
         assert_true(verdicts[0] > 1000 && verdicts[1] > 1000 && verdicts[2] > 1000);
@@ -103,7 +107,7 @@ static void a_convex_room_needs_no_lists(void **state)
     hpr_patches *patches = cells_of_boxes(ctx, room, 1, 30);
     hpr_visibility *visibility = see(patches);
     hpr_views *views = NULL;
-    assert_int_equal(hpr_views_create(visibility, &views), HPR_OK);
+    assert_int_equal(hpr_views_create(visibility, NULL, &views), HPR_OK);
     assert_int_equal(hpr_views_lists(views), 0);
     for (size_t p = 0; p < patches->count; p += 7) {
         for (size_t q = 0; q < patches->count; q += 11) {
@@ -141,12 +145,12 @@ static void lists_are_short(void **state)
     hpr_visibility *visibility = see(patches);
     hpr_views *views = NULL;
     assert_int_equal(hpr_visibility_occluder_count(visibility), COUNT);
-    assert_int_equal(hpr_views_create(visibility, &views), HPR_OK);
+    assert_int_equal(hpr_views_create(visibility, NULL, &views), HPR_OK);
     size_t listed = hpr_views_lists(views), groups = hpr_views_groups(views);
     double all = 0.5 * (double)groups * (double)groups * COUNT;
     print_message("%zu groups, %zu entries: %.3g of all occluders in all lists\n", groups, listed,
                   (double)listed / all);
-    assert_true((double)listed < 0.5 * all);
+    assert_true((double)listed < 0.15 * all); /* observed 0.117; 0.225 by boxes and planes alone */
     hpr_views_destroy(&views);
     hpr_visibility_destroy(&visibility);
     hpr_patches_destroy(&patches);
@@ -162,7 +166,7 @@ static void patches_without_area_see_nothing(void **state)
     set_quad(patches, 2, 0, 0, 1, ey, ex);
     hpr_visibility *visibility = see(patches);
     hpr_views *views = NULL;
-    assert_int_equal(hpr_views_create(visibility, &views), HPR_OK);
+    assert_int_equal(hpr_views_create(visibility, NULL, &views), HPR_OK);
     assert_int_equal(hpr_views_classify(views, 0, 2, NULL, NULL), HPR_SEES_WHOLLY);
     assert_int_equal(hpr_views_classify(views, 0, 1, NULL, NULL), HPR_SEES_NOTHING);
     assert_int_equal(hpr_views_classify(views, 1, 2, NULL, NULL), HPR_SEES_NOTHING);
@@ -171,7 +175,7 @@ static void patches_without_area_see_nothing(void **state)
     hpr_patches_destroy(&patches);
     patches = shapes_create(ctx, 0);
     visibility = see(patches);
-    assert_int_equal(hpr_views_create(visibility, &views), HPR_OK);
+    assert_int_equal(hpr_views_create(visibility, NULL, &views), HPR_OK);
     hpr_views_destroy(&views);
     hpr_visibility_destroy(&visibility);
     hpr_patches_destroy(&patches);
@@ -190,7 +194,7 @@ static void memory_may_run_out_anywhere(void **state)
     for (size_t k = 0;; k++) {
         hpr_views *views = NULL;
         allocator.fail_at = allocator.calls + k;
-        hpr_status status = hpr_views_create(visibility, &views);
+        hpr_status status = hpr_views_create(visibility, NULL, &views);
         assert_true((status == HPR_OK) == (views != NULL));
         hpr_views_destroy(&views);
         assert_int_equal(allocator.alive, before);

@@ -29,8 +29,9 @@ hpr_lambert hpr_lambert_above(hpr_vec3 normal, const hpr_vec3 *corner, size_t co
         double angle = atan2(sine, cosine), term = angle * hpr_dot(normal, cross) / sine;
         sum += term;
         size += fabs(term);
-        /* the cross product errs by |a||b| roundoffs, so its direction by their ratio to the sine */
-        error += fmax(angle * sqrt(hpr_dot(a, a) * hpr_dot(b, b)) / sine, 1);
+        /* the cross product errs by |a||b| roundoffs, so the unit vector by their ratio to the sine, and the
+         * term by that times the angle; beside an edge it is more, but there the point itself counts */
+        error += 1;
     }
     sum = fabs(sum);
     return (hpr_lambert){sum / (2 * 3.14159265358979323846), size / sum, error / sum};

@@ -49,7 +49,7 @@ static const double largest = 1e4;
 
 static double factor(const hpr_convergence *c, double nodes)
 {
-    double pole = 1.5 * nodes * nodes * nodes * (fmin(c->ellipse, largest) - 1);
+    double pole = 1 + 1.5 * nodes * nodes * nodes * (fmin(c->ellipse, largest) - 1);
     return fmin(c->strength, pole) * fmin(c->lift, largest);
 }
 
@@ -60,10 +60,13 @@ double hpr_polygon_strength(double cancellation)
 
 int hpr_convergence_nodes(const hpr_convergence *c, double tolerance)
 {
+    enum { NEVER = 1000 };
+    if (!(c->ellipse > 1))
+        return NEVER;
     double rate = 2 * log(fmin(c->ellipse, largest)), n = 4;
-    for (int i = 0; i < 3 && n < 1000; i++)
+    for (int i = 0; i < 3 && n < NEVER; i++)
         n = fmax((log(factor(c, n) / tolerance) + c->degree * log(c->growth)) / rate, 1);
-    return n < 1000 ? (int)ceil(n) : 1000;
+    return n < NEVER ? (int)ceil(n) : NEVER;
 }
 
 double hpr_convergence_error(const hpr_convergence *c, int nodes)

@@ -19,7 +19,7 @@ double hpr_bernstein(hpr_vec3 from, hpr_vec3 to, const hpr_vec3 *outline, int co
 /*
  * How fast Gauss converges along a segment: the integrand is analytic inside the ellipse, times a polynomial of
  * `degree` that grows by `growth` per degree up to there (hpr_chord_growth). n nodes leave about
- *   min(strength, 1.5 n^3 (ellipse - 1)) lift growth^degree ellipse^(-2n)
+ *   min(strength, 1 + 1.5 n^3 (ellipse - 1)) lift growth^degree ellipse^(-2n)
  * of the integral: the second is what 1/r^4 with its root on the ellipse does, the first what a milder
  * singularity does; lift is the growth of the numerator, the height over the other's plane, if that counts. Observed: at most that, mostly a tenth.
  */

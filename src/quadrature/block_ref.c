@@ -318,8 +318,9 @@ hpr_block_result hpr_block_ref(const hpr_quadrature *quadrature, const hpr_block
     if (!result.seen)
         memset(block, 0, count * sizeof *block);
     else
-        result.error = outcome.error + factor * (observed * e.error[0] + outcome.rounding * e.size[0] +
-                                                 (e.sampled ? sampling_error(&e) : 0));
+        result.error = outcome.error + fmin(outcome.flat * factor * e.size[0], outcome.swept) +
+                       factor * (observed * e.error[0] + outcome.rounding * e.size[0] +
+                                 (e.sampled ? sampling_error(&e) : 0));
     result.status = status_of(&e, !outcome.stopped_short);
     result.clip_count = outcome.clip_count;
     return result;

@@ -151,7 +151,7 @@ static void halve(const quad *q, int axis, quad half[2])
 
 static void refine(nested *n, const quad *q, int depth)
 {
-    static const double share = 0.1, loosest = 1e-2;
+    static const double share = 0.02, loosest = 1e-2;
     double cancellation, part = contribution(n, q, &cancellation);
     double strength = hpr_polygon_strength(cancellation);
     double tolerance = fmin(loosest, fmax(n->tolerance, share * n->tolerance * n->total / part));

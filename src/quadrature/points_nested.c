@@ -8,18 +8,11 @@
 typedef struct nest {
     const hpr_nested *rule;
     const hpr_element_frame *outer, *inner;
-    hpr_affine height; /* of outer points, parameters from the outer origin on */
+    hpr_affine height; /* of outer points */
     hpr_vec3 offset;   /* from the inner to the outer origin */
     hpr_polar polar;
     hpr_points *points; /* of the outer side */
 } nest;
-
-static hpr_affine from_origin(const hpr_affine *height, const double origin[2], bool joined)
-{
-    hpr_affine f = *height;
-    f.at_origin = joined ? 0 : hpr_affine_at(height, origin[0], origin[1]);
-    return f;
-}
 
 static void set_polar(nest *n, const hpr_affine *inner_height)
 {
@@ -38,7 +31,9 @@ static void set_polar(nest *n, const hpr_affine *inner_height)
     p->normal = n->inner->normal;
     p->dual1 = hpr_scale(hpr_cross(n->inner->edge2, across), 1 / square);
     p->dual2 = hpr_scale(hpr_cross(across, n->inner->edge1), 1 / square);
-    p->height = from_origin(inner_height, rule->inner_origin, rule->joined);
+    p->joined = rule->joined;
+    p->height = *inner_height;
+    p->outer_normal = n->outer->normal;
     p->jacobian = p->count == 2 ? hpr_length(hpr_sub(p->corner[1], p->corner[0])) : sqrt(square);
     p->tolerance = rule->tolerance;
     p->degree = hpr_total_degree(n->inner);
@@ -110,7 +105,8 @@ static void at_outer_point(nest *n, int i, int j)
     outer_point(n->polar.gauss, n->rule, i, j, place, &weight);
     const double d[2] = {place[0] - n->rule->outer_origin[0], place[1] - n->rule->outer_origin[1]};
     hpr_vec3 x = hpr_add(n->offset, hpr_frame_vector(n->outer, d));
-    double z = hpr_affine_at(&n->height, d[0], d[1]);
+    double z = n->rule->joined ? d[0] * n->height.along1 + d[1] * n->height.along2
+                               : hpr_polar_height(&n->polar, x);
     if (!(z > 0) || closed_form(n, x, place, weight))
         return;
     set_outer(n, place, weight * z);
@@ -125,8 +121,7 @@ void hpr_points_nested(const hpr_gauss_table *gauss, const hpr_pair *pair, const
     nest n = {.rule = rule,
               .outer = by_recv ? &pair->recv : &pair->send,
               .inner = by_recv ? &pair->send : &pair->recv,
-              .height = from_origin(by_recv ? &pair->recv_height : &pair->send_height, rule->outer_origin,
-                                    rule->joined),
+              .height = by_recv ? pair->recv_height : pair->send_height,
               .polar = {.gauss = gauss,
                         .points = by_recv ? &group->send : &group->recv,
                         .group = group,

@@ -59,7 +59,9 @@ typedef struct ray {
 static ray make_ray(const hpr_polar *polar, hpr_vec3 direction)
 {
     double s = hpr_dot(polar->dual1, direction), t = hpr_dot(polar->dual2, direction);
-    return (ray){direction, s, t, s * polar->height.along1 + t * polar->height.along2};
+    double rise = polar->joined ? s * polar->height.along1 + t * polar->height.along2
+                                : hpr_dot(polar->outer_normal, direction);
+    return (ray){direction, s, t, rise};
 }
 
 /* Points at the distances rho along a ray from y0. */
@@ -179,7 +181,8 @@ static view make_view(const hpr_polar *polar, hpr_vec3 x, hpr_vec3 nearest)
     v.distance = hpr_length(v.offset);
     v.s0 = hpr_dot(polar->dual1, nearest);
     v.t0 = hpr_dot(polar->dual2, nearest);
-    v.height0 = polar->height.at_origin + v.s0 * polar->height.along1 + v.t0 * polar->height.along2;
+    v.height0 = polar->joined ? v.s0 * polar->height.along1 + v.t0 * polar->height.along2
+                              : hpr_dot(polar->outer_normal, v.offset);
     return v;
 }
 
@@ -243,6 +246,21 @@ static void segment_points(const hpr_polar *polar, hpr_vec3 x)
         }
         add_points(&v, &ray, nodes, rho, weight);
     }
+}
+
+double hpr_polar_height(const hpr_polar *polar, hpr_vec3 x)
+{
+    double z = hpr_dot(polar->normal, hpr_sub(x, polar->corner[0])), least = INFINITY;
+    hpr_vec3 foot = hpr_madd(x, -z, polar->normal);
+    for (int i = 0; i < polar->count; i++) {
+        hpr_vec3 q = nearest_on_edge(foot, polar->corner[i], polar->corner[(i + 1) % polar->count]);
+        hpr_vec3 gap = hpr_sub(q, foot);
+        if (hpr_dot(gap, gap) < least) {
+            least = hpr_dot(gap, gap);
+            z = hpr_dot(polar->normal, hpr_sub(x, q));
+        }
+    }
+    return z;
 }
 
 double hpr_polar_error(const hpr_polygon *inner, double tolerance)

@@ -19,7 +19,11 @@ typedef struct hpr_polar {
     hpr_vec3 normal;                  /* of the plane, length 1 */
     double origin[2];                 /* parameters of the origin */
     hpr_vec3 dual1, dual2;            /* parameters per length */
-    hpr_affine height;                /* over the outer plane, of the parameters from the origin on */
+    /* Heights over the outer plane: of the parameters from the origin on, if that is a common point of the
+     * planes (exact beside it); else of positions, which errs as if the outer point had moved. */
+    bool joined;
+    hpr_affine height;
+    hpr_vec3 outer_normal;
     double jacobian;                  /* area (segment: length) per weight */
     double tolerance;
     int degree; /* total, of the polynomials */
@@ -32,6 +36,10 @@ typedef struct hpr_polar {
 /* The relative error that an integral over the inner set is expected to have. Observed: 99 of 100 points err
  * by less, on average over the points of a rule by far less. */
 double hpr_polar_error(const hpr_polygon *inner, double tolerance);
+
+/* Height of x over the plane, by way of the nearest point of the outline: the plane of a slender polygon is
+ * known well only there. */
+double hpr_polar_height(const hpr_polar *polar, hpr_vec3 x);
 
 /* Hands over groups whose inner points are all points seen from x (relative to the origin, at height z > 0 over
  * the polygon's plane), their positions relative to x; the other side of the group must be filled. */

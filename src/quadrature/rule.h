@@ -163,7 +163,8 @@ typedef struct hpr_rule_outcome {
     bool seen;             /* false: neither faces the other, the block is zero */
     bool stopped_short;    /* the effort was at its limit */
     double error;          /* estimated, absolute, of the dimensionless block; beside the rules' own */
-    double rounding;       /* relative to what the rules contribute */
+    double rounding;       /* relative to what the rules contribute; */
+    double flat, swept;    /* and the lesser of this, relative, and that, absolute */
     uint64_t clip_count;   /* points for which the choice clipped the other side */
     int centre_count;      /* homotheties that the sums still have to go through */
     hpr_centre centre[2];

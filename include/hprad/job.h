@@ -79,6 +79,8 @@ typedef struct hpr_job_solve_options {
     const char *report_path;   /**< NULL: none */
     hpr_read_options read;
     hpr_solve_options solve;
+    size_t environment_count; /**< 0: none; else as hpr_scene_set_environment takes it */
+    const double *environment;
     hpr_job_events events;
 } hpr_job_solve_options;
 
@@ -103,6 +105,9 @@ typedef struct hpr_job_render_options {
     int preview;        /**< 1: an 8-bit .png beside each EXR, with the same base name */
     double exposure;    /**< of previews, factor on radiance; 0: each chooses its own */
     hpr_render_options render;
+    size_t environment_count; /**< of a scene, as hpr_scene_set_environment takes it; 0: none. With a
+                                   solution, which has its own: HPR_ERR_ARG */
+    const double *environment;
     hpr_job_events events;
 } hpr_job_render_options;
 

@@ -17,18 +17,14 @@ enum { HPR_DEFAULT_PATHS = 64, HPR_MAX_PATHS = 1 << 24 };
 
 typedef struct hpr_reference_options {
     uint64_t seed; /**< of the random numbers; another seed gives other noise around the same mean */
-    /** Uniform radiance from outside, W/m²/sr, seen by surfaces and camera: none (0), one number for all
-     * channels (1), or one for each (the scene's number of channels). Borrowed during create. */
-    size_t environment_count;
-    const double *environment;
 } hpr_reference_options;
 
-/** Seed 0, no light from outside. */
+/** Seed 0. */
 HPR_API void hpr_reference_options_init(hpr_reference_options *options);
 
 /**
- * Makes a scene ready for path tracing. `options` may be NULL. Errors: HPR_ERR_ARG (an environment that is
- * not finite and >= 0, or of another number of channels), HPR_ERR_MEMORY, HPR_ERR_DEVICE. A scene without
+ * Makes a scene ready for path tracing. `options` may be NULL. Errors: HPR_ERR_MEMORY,
+ * HPR_ERR_DEVICE. A scene without
  * patches or without light gives a warning. Borrows the scene until destroyed.
  */
 HPR_API hpr_status hpr_reference_create(hpr_context *context, const hpr_scene *scene,

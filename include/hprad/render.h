@@ -11,10 +11,13 @@ extern "C" {
 typedef struct hpr_image {
     int width, height;
     size_t channel_count;
-    float *radiance; /**< [height][width][channels], W/m²/sr, premultiplied by coverage */
-    float *coverage; /**< [height][width], 0 .. 1 */
+    float *radiance; /**< [height][width][channels], W/m²/sr: the pixel's mean. What surfaces send is thereby
+                          premultiplied by coverage; (1 - coverage) times the environment is added */
+    float *coverage; /**< [height][width], 0 .. 1: the part of the pixel that shows a surface */
     float *variance; /**< [height][width][channels], of the radiance as an estimate: the square of its
                         standard error, (W/m²/sr)²; NULL if it is none */
+    int environment; /**< 1: light from outside shows where no surface does, so that the picture has no holes
+                      */
 } hpr_image;
 
 typedef struct hpr_render_options {
@@ -50,9 +53,9 @@ HPR_API hpr_status hpr_image_write_exr(hpr_context *context, const hpr_image *im
                                        const hpr_image_labels *labels, const char *path);
 
 /**
- * Writes an 8-bit sRGB preview: radiance times `exposure`, clamped to 0 .. 1. exposure 0: 0.18 over the
- * log-average luminance; the value used is returned through `used` (may be NULL). One channel: grey; three:
- * RGB.
+ * Writes an 8-bit sRGB preview: radiance times `exposure`, clamped to 0 .. 1; with alpha where the picture
+ * has holes. exposure 0: 0.18 over the log-average luminance; the value used is returned through `used` (may
+ * be NULL). One channel: grey; three: RGB.
  */
 HPR_API hpr_status hpr_image_write_png(hpr_context *context, const hpr_image *image, double exposure,
                                        const char *path, double *used);

@@ -30,6 +30,14 @@ HPR_API void hpr_read_options_init(hpr_read_options *options);
 HPR_API hpr_status hpr_scene_read(hpr_context *context, const char *path, const hpr_read_options *options,
                                   hpr_scene **scene);
 
+/**
+ * Lets the same radiance L come from all directions outside, W/m²/sr, to be seen by surfaces and cameras; 0
+ * when a scene is made. radiance: [count], one number for all channels (count 1) or one for each. Copied.
+ * Errors: HPR_ERR_ARG (another count, or a number that is not finite and >= 0; the scene then stays as it
+ * was). No concurrent calls on one scene.
+ */
+HPR_API hpr_status hpr_scene_set_environment(hpr_scene *scene, size_t count, const double *radiance);
+
 /** Frees it; accepts NULL and sets NULL. */
 HPR_API void hpr_scene_destroy(hpr_scene **scene);
 

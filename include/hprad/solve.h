@@ -14,7 +14,7 @@ enum {
     HPR_MAX_ORDER = 16,
     HPR_MAX_SUBDIVIDE = 10,
     HPR_MAX_FEET = 6,
-    HPR_DEFAULT_ORDER = 3,
+    HPR_DEFAULT_ORDER = 4,
     HPR_DEFAULT_SUBDIVIDE = 2,
     HPR_DEFAULT_FEET = 1
 };
@@ -39,9 +39,21 @@ typedef struct hpr_solve_options {
 
 HPR_API void hpr_solve_options_init(hpr_solve_options *options);
 
-/** Energy terms per channel in W; each is computed by itself, so that their balance is a check. */
+/** What becomes of light from outside. */
+typedef enum hpr_environment_mode {
+    HPR_ENVIRONMENT_NONE,    /**< there is none */
+    HPR_ENVIRONMENT_EXACT,   /**< evaluated at every point: what is open of its view is clipped */
+    HPR_ENVIRONMENT_GALERKIN /**< projected onto the basis like everything else */
+} hpr_environment_mode;
+
+/**
+ * Energy terms per channel in W; each is computed by itself, so that
+ * emitted + environment = absorbed + lost_on_backs + escaped is a check. Light from outside that meets a
+ * black back at once is in none of them.
+ */
 typedef struct hpr_energy {
     double emitted;       /**< ∫ M dA */
+    double environment;   /**< ∫ pi L V dA: what comes from outside, V the open part of the view */
     double absorbed;      /**< ∫ (1 - rho) H dA */
     double lost_on_backs; /**< light that reaches black backs of single-sided surfaces */
     double escaped;       /**< light that leaves the scene */
@@ -51,8 +63,12 @@ typedef struct hpr_energy {
 typedef struct hpr_solve_summary {
     hpr_solve_options options;
     size_t patch_count, element_count, dof_count, link_count, block_bytes;
-    int direct;             /**< hpr_direct_mode in force: numerous emitters go through the basis */
-    size_t channels_solved; /**< 1 if all channels agree, else their number */
+    int direct;      /**< hpr_direct_mode in force: numerous emitters go through the basis */
+    int environment; /**< hpr_environment_mode in force: with many patches through the basis */
+    /** Elements on which V was integrated in closed form, adaptively over clipped points, by rays. */
+    size_t environment_closed, environment_clipped, environment_sampled;
+    double environment_error; /**< estimated, of the mean of V on an element: root of its mean square */
+    size_t channels_solved;   /**< 1 if all channels agree, else their number */
     size_t degenerate_count, duplicate_count;
     double
         block_tolerance; /**< of blocks that nothing obstructs: 1e-12 in an unobstructed scene, else 1e-5 */
@@ -65,10 +81,10 @@ typedef struct hpr_solve_summary {
 } hpr_solve_summary;
 
 /**
- * Solves H = ∫ G V (M + rho H) dA on uniform elements.
+ * Solves H = ∫ G V (M + rho H) dA + pi L V_outside on uniform elements, L the scene's environment.
  * Errors: HPR_ERR_ARG (options out of range), HPR_ERR_MEMORY (also when the predicted size exceeds the
  * machine's memory), HPR_ERR_NUMERIC (no convergence; the message names the remedy), HPR_ERR_INTERRUPTED.
- * A scene without patches or without light gives the zero solution and a warning.
+ * A scene without patches, or without light (lamps or environment), gives the zero solution and a warning.
  */
 HPR_API hpr_status hpr_solve(hpr_context *context, const hpr_scene *scene, const hpr_solve_options *options,
                              hpr_solution **solution);

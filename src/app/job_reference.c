@@ -115,6 +115,9 @@ static hpr_status run(hpr_job *job, const char *path, const hpr_job_reference_op
                                            .camera = scene->camera};
         status = hpr_pictures_plan(job, &options->pictures, &source, &list);
     }
+    if (status == HPR_OK && options->pictures.environment_count)
+        status = hpr_scene_set_environment(scene, options->pictures.environment_count,
+                                           options->pictures.environment);
     if (status == HPR_OK)
         status = hpr_reference_create(ctx, scene, &options->reference, &reference);
     if (status == HPR_OK)

@@ -59,7 +59,10 @@ static hpr_status run_scene(hpr_job *job, const char *path, const hpr_job_pictur
     hpr_scene *scene = NULL;
     hpr_solution *solution = NULL;
     hpr_pictures list = {0};
+    const hpr_job_render_options *pictures = &options->pictures;
     hpr_status status = hpr_job_read_scene(job, path, &options->read, &scene);
+    if (status == HPR_OK && pictures->environment_count)
+        status = hpr_scene_set_environment(scene, pictures->environment_count, pictures->environment);
     if (status == HPR_OK)
         status = plan_pictures(job, &options->pictures, path, insert_camera, scene->camera_count,
                                scene->camera, &list);
@@ -79,6 +82,11 @@ static hpr_status run_solution(hpr_job *job, const char *path, const hpr_job_ren
 {
     hpr_solution *solution = NULL;
     hpr_pictures list = {0};
+    if (options->environment_count)
+        return hpr_fail(job->context, HPR_ERR_ARG,
+                        "'%s' is a solution and has its own light from outside; solve the scene again with "
+                        "another --environment",
+                        path);
     hpr_status status = hpr_job_enter(job, HPR_JOB_READ);
     if (status == HPR_OK) {
         hpr_stage_begin(job->context, "read");

@@ -55,6 +55,8 @@ hpr_status hpr_job_solve(hpr_context *ctx, const char *scene_path, const hpr_job
         status = claim_outputs(&job, scene_path, path, options->report_path);
     if (status == HPR_OK)
         status = hpr_job_read_scene(&job, scene_path, &options->read, &scene);
+    if (status == HPR_OK && options->environment_count)
+        status = hpr_scene_set_environment(scene, options->environment_count, options->environment);
     if (status == HPR_OK)
         status = hpr_job_run_solve(&job, scene, &options->solve, &solution);
     if (status == HPR_OK)

@@ -4,7 +4,6 @@
 #include "patch/frame.h"
 #include "render/film.h"
 
-#include <math.h>
 #include <omp.h>
 #include <stdatomic.h>
 
@@ -16,44 +15,19 @@ void hpr_reference_options_init(hpr_reference_options *options)
     *options = (hpr_reference_options){0};
 }
 
-/* environment: [channels], set to zero, one number for all, or one for each. */
-static hpr_status read_environment(const hpr_scene *scene, const hpr_reference_options *options,
-                                   double *environment)
-{
-    hpr_context *ctx = scene->context;
-    size_t n = scene->channel_count, given = options->environment_count;
-    if (given > 1 && given != n)
-        return hpr_fail(ctx, HPR_ERR_ARG, "an environment of %zu channels for a scene of %zu", given, n);
-    for (size_t i = 0; i < given; i++) {
-        if (!(options->environment[i] >= 0) || !isfinite(options->environment[i]))
-            return hpr_fail(ctx, HPR_ERR_ARG, "environment radiance %g is not finite and >= 0",
-                            options->environment[i]);
-    }
-    for (size_t c = 0; c < n; c++)
-        environment[c] = given == 0 ? 0 : options->environment[given == 1 ? 0 : c];
-    return HPR_OK;
-}
-
-static hpr_status prepare(hpr_reference *reference, const hpr_reference_options *options)
+static hpr_status prepare(hpr_reference *reference)
 {
     hpr_context *ctx = reference->context;
     const hpr_scene *scene = reference->scene;
-    double *environment = NULL;
-    hpr_status status =
-        hpr_allocate_into(ctx, &environment, scene->channel_count, sizeof(double), "an environment");
+    hpr_status status = hpr_patches_build(scene, &reference->patches);
     if (status == HPR_OK)
-        status = read_environment(scene, options, environment);
-    if (status == HPR_OK)
-        status = hpr_patches_build(scene, &reference->patches);
-    if (status == HPR_OK)
-        status = hpr_tracer_init(reference->patches, environment, &reference->tracer);
+        status = hpr_tracer_init(reference->patches, scene->environment, &reference->tracer);
     if (status == HPR_OK && scene->camera_count == 0)
         hpr_patches_frame(reference->patches, &reference->framing);
     if (status == HPR_OK && reference->patches->count == 0)
         hpr_warn(ctx, "%s: no surface; the picture is empty", scene->path);
     else if (status == HPR_OK && reference->tracer.dark)
         hpr_warn(ctx, "%s: no light; the picture is black", scene->path);
-    hpr_release(ctx, environment);
     return status;
 }
 
@@ -73,7 +47,7 @@ hpr_status hpr_reference_create(hpr_context *ctx, const hpr_scene *scene,
     reference->scene = scene;
     reference->seed = options->seed;
     hpr_stage_begin(ctx, "mesh");
-    status = prepare(reference, options);
+    status = prepare(reference);
     hpr_stage_end(ctx);
     if (status != HPR_OK)
         hpr_reference_destroy(&reference);
@@ -187,7 +161,7 @@ static hpr_status trace_image(const hpr_reference *reference, size_t number, con
     size_t stride = (4 * n + 15) / 16 * 16; /* threads do not share cache lines */
     double *scratch = NULL;
     atomic_bool stop = false;
-    hpr_status status = hpr_film_open(ctx, camera, film, n, true, image);
+    hpr_status status = hpr_film_open(ctx, camera, film, n, reference->scene->environment, true, image);
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &scratch, threads, stride * sizeof *scratch, "path tracing");
     if (status == HPR_OK) {

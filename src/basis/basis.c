@@ -196,8 +196,8 @@ void hpr_basis_eval(hpr_shape shape, int degree, double s, double t, double *val
 }
 
 /* sqrt(2n+1) P_n(2s-1) into rows `step` apart. */
-static void legendre_many(int degree, size_t count, const double *restrict s,
-                          double *restrict before, double *restrict now, size_t step, double *values)
+static void legendre_many(int degree, size_t count, const double *restrict s, double *restrict before,
+                          double *restrict now, size_t step, double *values)
 {
     for (size_t k = 0; k < count; k++) {
         before[k] = 0;
@@ -214,8 +214,8 @@ static void legendre_many(int degree, size_t count, const double *restrict s,
     }
 }
 
-static void tensor_many(int degree, size_t count, const double *s,
-                        const double *t, size_t stride, double *values, double *scratch)
+static void tensor_many(int degree, size_t count, const double *s, const double *t, size_t stride,
+                        double *values, double *scratch)
 {
     size_t n = (size_t)degree + 1;
     /* in s at k = n a, in t at k = b; a = 0 is 1 and stays to the last */
@@ -232,8 +232,8 @@ static void tensor_many(int degree, size_t count, const double *s,
     }
 }
 
-static void dubiner_many(int degree, size_t count, const double *s,
-                         const double *t, size_t stride, double *values, double *scratch)
+static void dubiner_many(int degree, size_t count, const double *s, const double *t, size_t stride,
+                         double *values, double *scratch)
 {
     double *row_before = scratch, *row = scratch + stride, *before = scratch + 2 * stride,
            *now = scratch + 3 * stride;
@@ -269,8 +269,8 @@ static void dubiner_many(int degree, size_t count, const double *s,
     }
 }
 
-void hpr_basis_many(hpr_shape shape, int degree, size_t count, const double *s, const double *t, size_t stride,
-                    double *values, double *scratch)
+void hpr_basis_many(hpr_shape shape, int degree, size_t count, const double *s, const double *t,
+                    size_t stride, double *values, double *scratch)
 {
     if (shape == HPR_SHAPE_PARALLELOGRAM)
         tensor_many(degree, count, s, t, stride, values, scratch);

@@ -17,7 +17,7 @@ enum {
     CLI_TOLERANCE = 4
 };
 
-enum { CLI_MAX_OPERANDS = 2, CLI_MAX_THREADS = 1024 };
+enum { CLI_MAX_OPERANDS = 2, CLI_MAX_THREADS = 1024, CLI_MAX_CHANNELS = 64 };
 
 /* The verbs: each parses its arguments (argv[0] is the verb's full name) and returns an exit code. */
 int cli_solve(int argc, const char **argv);
@@ -97,6 +97,14 @@ bool cli_integer(const char *option, const char *text, int low, int high, int *v
 bool cli_positive(const char *option, const char *text, double high, bool below, double *value);
 bool cli_size(const char *option, const char *text, int *width, int *height);
 
+/* Radiance from outside: one number or several with commas between, each from 0. */
+typedef struct cli_environment {
+    size_t count; /* 0: the option was not given */
+    double radiance[CLI_MAX_CHANNELS];
+} cli_environment;
+
+bool cli_take_environment(const char *text, cli_environment *environment);
+
 /* Signals (signals.c). The flag is the number of the signal that came, 0 if none. */
 extern volatile sig_atomic_t cli_signal;
 void cli_catch_signals(void);
@@ -109,6 +117,7 @@ extern const struct poptOption cli_common_options[];
 typedef struct cli_solve_settings {
     hpr_read_options read;
     hpr_solve_options solve;
+    cli_environment environment;
     bool feet_given; /* else --subdivide alone makes all elements */
     const char *report_path;
 } cli_solve_settings;
@@ -134,6 +143,7 @@ enum {
     CLI_OPTION_FEET,
     CLI_OPTION_BLOCK_TOLERANCE,
     CLI_OPTION_DIRECT,
+    CLI_OPTION_ENVIRONMENT,
     CLI_OPTION_MAX_SWEEPS,
     CLI_OPTION_MAX_REFLECTANCE,
     CLI_OPTION_METALLIC,

@@ -4,6 +4,7 @@
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>
+#include <unistd.h>
 
 static const struct {
     const char *name, *full_name;
@@ -42,6 +43,10 @@ static int dispatch(int argc, const char **argv)
 
 int main(int argc, char **argv)
 {
+    /* Room for all of --help: what a write in between had to say would be lost. */
+    static char buffer[1 << 16];
+    if (!isatty(STDOUT_FILENO))
+        setvbuf(stdout, buffer, _IOFBF, sizeof buffer);
     int code = dispatch(argc, (const char **)argv);
     /* A result that did not reach its reader is no result. */
     errno = 0;

@@ -21,6 +21,10 @@ const struct poptOption cli_solve_options[] = {
      "relative error of the irradiance (not in this version: refused)", "E"},
     {"direct", 0, POPT_ARG_STRING, NULL, CLI_OPTION_DIRECT,
      "direct light: evaluated at every point, or through the basis (default exact)", "exact|galerkin"},
+    {"environment", 0, POPT_ARG_STRING, NULL, CLI_OPTION_ENVIRONMENT,
+     "uniform radiance from outside, W/m2/sr, seen by surfaces and cameras: one number, or one per channel "
+     "(default 0)",
+     "L|R,G,B"},
     {"block-tol", 0, POPT_ARG_STRING, NULL, CLI_OPTION_BLOCK_TOLERANCE,
      "relative tolerance of each transport block (default 1e-12 where nothing blocks, else 1e-5, and chosen "
      "by their number for blocked ones)",
@@ -108,6 +112,27 @@ bool cli_size(const char *option, const char *text, int *width, int *height)
     return true;
 }
 
+bool cli_take_environment(const char *text, cli_environment *environment)
+{
+    const char *rest = text;
+    bool good = text[0] && !text[strspn(text, "0123456789.+-eE,")];
+    environment->count = 0;
+    while (good && environment->count < CLI_MAX_CHANNELS) {
+        char *end;
+        double value = strtod(rest, &end);
+        good = end != rest && (*end == ',' || !*end) && isfinite(value) && value >= 0;
+        environment->radiance[environment->count++] = value;
+        rest = end;
+        if (*rest != ',')
+            break;
+        rest++;
+    }
+    if (good && !*rest)
+        return true;
+    cli_complain("--environment '%s': expected a radiance from 0, or one per channel such as 1,1,0.8", text);
+    return false;
+}
+
 static bool take_metallic(const char *text, int *black)
 {
     *black = !strcmp(text, "black");
@@ -154,6 +179,8 @@ int cli_take_solve_option(cli_solve_settings *settings, int id, const char *valu
         return cli_positive("--block-tol", value, 1, true, &solve->block_tolerance);
     case CLI_OPTION_DIRECT:
         return take_direct(value, &solve->direct);
+    case CLI_OPTION_ENVIRONMENT:
+        return cli_take_environment(value, &settings->environment);
     case CLI_OPTION_MAX_SWEEPS:
         return cli_integer("--max-sweeps", value, 1, INT_MAX, &solve->max_sweeps);
     case CLI_OPTION_MAX_REFLECTANCE:

@@ -101,6 +101,8 @@ int cli_picture(int argc, const char **argv)
         cli_mind_stdout(&run, chosen.render.pattern);
         cli_mind_stdout(&run, chosen.solve.report_path);
         chosen.render.events = cli_events(&run);
+        chosen.render.environment_count = chosen.solve.environment.count;
+        chosen.render.environment = chosen.solve.environment.radiance;
         hpr_job_picture_options job = {.report_path = chosen.solve.report_path,
                                        .read = chosen.solve.read,
                                        .solve = chosen.solve.solve,

@@ -2,19 +2,13 @@
 #include "cli/cli.h"
 
 #include <limits.h>
-#include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
-enum { OPTION_OUTPUT = CLI_OPTION_OWN, OPTION_PATHS, OPTION_SEED, OPTION_ENVIRONMENT };
-
-enum { MAX_CHANNELS = 3 };
+enum { OPTION_OUTPUT = CLI_OPTION_OWN, OPTION_PATHS, OPTION_SEED };
 
 typedef struct settings {
     cli_solve_settings scene; /* how it is read, and the report */
     hpr_job_reference_options job;
-    double environment[MAX_CHANNELS];
 } settings;
 
 static const struct poptOption options[] = {
@@ -25,8 +19,10 @@ static const struct poptOption options[] = {
     {"samples", 0, POPT_ARG_STRING, NULL, OPTION_PATHS, "paths per pixel, from 2 (default 64)", "N"},
     {"seed", 0, POPT_ARG_STRING, NULL, OPTION_SEED,
      "another number gives other noise around the same mean (default 0)", "N"},
-    {"environment", 0, POPT_ARG_STRING, NULL, OPTION_ENVIRONMENT,
-     "uniform radiance from outside, W/m2/sr, seen by surfaces and camera (default 0)", "L|R,G,B"},
+    {"environment", 0, POPT_ARG_STRING, NULL, CLI_OPTION_ENVIRONMENT,
+     "uniform radiance from outside, W/m2/sr, seen by surfaces and cameras: one number, or one per channel "
+     "(default 0)",
+     "L|R,G,B"},
     {"camera", 0, POPT_ARG_STRING, NULL, CLI_OPTION_CAMERA,
      "one camera, by name or index, or all of them (default all)", "NAME|all"},
     {"size", 0, POPT_ARG_STRING, NULL, CLI_OPTION_SIZE, "pixels (default: 512 high, width from the camera)",
@@ -45,31 +41,6 @@ static const struct poptOption options[] = {
     {NULL, 0, POPT_ARG_INCLUDE_TABLE, (void *)cli_common_options, 0, "Common:", NULL},
     POPT_TABLEEND};
 
-/* One number for all channels or one for each, plain decimals. */
-static bool take_environment(const char *text, settings *chosen)
-{
-    size_t count = 0;
-    const char *rest = text;
-    bool good = text[0] && !text[strspn(text, "0123456789.+-eE,")];
-    while (good && count < MAX_CHANNELS) {
-        char *end;
-        double value = strtod(rest, &end);
-        good = end != rest && isfinite(value) && value >= 0 && (*end == ',' || !*end);
-        chosen->environment[count++] = value;
-        rest = end;
-        if (!good || !*end)
-            break;
-        rest++;
-    }
-    if (!good || *rest || (count != 1 && count != MAX_CHANNELS)) {
-        cli_complain("--environment '%s': expected a radiance from 0, or three such as 1,1,0.8", text);
-        return false;
-    }
-    chosen->job.reference.environment = chosen->environment;
-    chosen->job.reference.environment_count = count;
-    return true;
-}
-
 static bool take(void *user, int id, const char *value)
 {
     settings *chosen = user;
@@ -85,8 +56,6 @@ static bool take(void *user, int id, const char *value)
             return false;
         chosen->job.reference.seed = (uint64_t)seed;
         return true;
-    case OPTION_ENVIRONMENT:
-        return take_environment(value, chosen);
     default:
         break;
     }
@@ -135,6 +104,8 @@ int cli_reference(int argc, const char **argv)
         cli_mind_stdout(&run, chosen.scene.report_path);
         chosen.job.read = chosen.scene.read;
         chosen.job.report_path = chosen.scene.report_path;
+        chosen.job.pictures.environment_count = chosen.scene.environment.count;
+        chosen.job.pictures.environment = chosen.scene.environment.radiance;
         chosen.job.pictures.events = cli_events(&run);
         hpr_job_result result;
         hpr_status status = hpr_job_reference(run.context, run.operand[0], &chosen.job, &result);

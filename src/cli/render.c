@@ -1,23 +1,33 @@
 /* hprad render */
 #include "cli/cli.h"
 
-enum { OPTION_OUTPUT = CLI_OPTION_OWN };
+enum { OPTION_OUTPUT = CLI_OPTION_OWN, OPTION_ENVIRONMENT };
+
+typedef struct settings {
+    hpr_job_render_options job;
+    cli_environment environment;
+} settings;
 
 static const struct poptOption options[] = {
     {"output", 'o', POPT_ARG_STRING, NULL, OPTION_OUTPUT,
      "the pictures; {camera} and {frame:04} are replaced (default: the input's base name with .exr, in the "
      "working folder)",
      "'DIR/{camera}.exr'"},
+    {"environment", 0, POPT_ARG_STRING, NULL, OPTION_ENVIRONMENT,
+     "of a scene that is solved first: uniform radiance from outside, W/m2/sr (a solution has its own)",
+     "L|R,G,B"},
     {NULL, 0, POPT_ARG_INCLUDE_TABLE, (void *)cli_render_options, 0, "What to show:", NULL},
     {NULL, 0, POPT_ARG_INCLUDE_TABLE, (void *)cli_common_options, 0, "Common:", NULL},
     POPT_TABLEEND};
 
 static bool take(void *user, int id, const char *value)
 {
-    hpr_job_render_options *chosen = user;
+    settings *chosen = user;
+    if (id == OPTION_ENVIRONMENT)
+        return cli_take_environment(value, &chosen->environment);
     if (id != OPTION_OUTPUT)
-        return cli_take_render_option(chosen, id, value) > 0;
-    chosen->pattern = value;
+        return cli_take_render_option(&chosen->job, id, value) > 0;
+    chosen->job.pattern = value;
     return true;
 }
 
@@ -39,19 +49,21 @@ static const cli_verb verb = {
 
 int cli_render(int argc, const char **argv)
 {
-    hpr_job_render_options chosen;
-    hpr_job_render_options_init(&chosen);
+    settings chosen = {0};
+    hpr_job_render_options_init(&chosen.job);
     cli_run run;
     int code = cli_parse(&run, &verb, &chosen, argc, argv);
-    if (code == CLI_GO_ON && !cli_check_render_options(&chosen))
+    if (code == CLI_GO_ON && !cli_check_render_options(&chosen.job))
         code = CLI_USAGE;
     if (code == CLI_GO_ON)
         code = cli_open(&run);
     if (code == CLI_GO_ON) {
-        cli_mind_stdout(&run, chosen.pattern);
-        chosen.events = cli_events(&run);
+        cli_mind_stdout(&run, chosen.job.pattern);
+        chosen.job.events = cli_events(&run);
+        chosen.job.environment_count = chosen.environment.count;
+        chosen.job.environment = chosen.environment.radiance;
         hpr_job_result result;
-        hpr_status status = hpr_job_render(run.context, run.operand[0], &chosen, &result);
+        hpr_status status = hpr_job_render(run.context, run.operand[0], &chosen.job, &result);
         code = cli_conclude(&run, status, result.step);
     }
     cli_finish(&run);

@@ -67,6 +67,8 @@ int cli_solve(int argc, const char **argv)
                                      .report_path = chosen.solve.report_path,
                                      .read = chosen.solve.read,
                                      .solve = chosen.solve.solve,
+                                     .environment_count = chosen.solve.environment.count,
+                                     .environment = chosen.solve.environment.radiance,
                                      .events = cli_events(&run)};
         hpr_job_result result;
         hpr_status status = hpr_job_solve(run.context, run.operand[0], &job, &result);

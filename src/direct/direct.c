@@ -104,12 +104,13 @@ static hpr_status look(hpr_direct *direct, size_t leaf, size_t emitter, const ui
     return HPR_OK;
 }
 
-static hpr_status look_from_patch(hpr_direct *direct, const hpr_views *views, size_t patch, size_t emitter,
-                                  uint32_t *candidates, uint32_t *found)
+static hpr_status look_from_patch(hpr_direct *direct, const hpr_views *views, hpr_views_cursor *cursor,
+                                  size_t patch, size_t emitter, uint32_t *candidates, uint32_t *found)
 {
     const hpr_elements *e = direct->elements;
     size_t count = 0;
-    hpr_verdict verdict = hpr_views_classify(views, patch, direct->emitter[emitter], candidates, &count);
+    hpr_verdict verdict =
+        hpr_views_classify(views, cursor, direct->emitter[emitter], patch, candidates, &count);
     hpr_status status = HPR_OK;
     for (size_t leaf = e->patch_leaf[patch]; status == HPR_OK && leaf < e->patch_leaf[patch + 1]; leaf++) {
         if (verdict == HPR_SEES_NOTHING)
@@ -125,6 +126,7 @@ static hpr_status look_everywhere(hpr_direct *direct)
     hpr_context *ctx = direct->context;
     size_t patches = direct->patches->count;
     hpr_views *views = NULL;
+    hpr_views_cursor *cursor = NULL;
     bool *wanted = NULL;
     uint32_t *candidates = NULL, *found = NULL;
     hpr_status status = hpr_visibility_create(direct->patches, &direct->visibility);
@@ -137,13 +139,16 @@ static hpr_status look_everywhere(hpr_direct *direct)
     if (status == HPR_OK)
         status = hpr_views_create(direct->visibility, wanted, &views);
     if (status == HPR_OK)
+        status = hpr_views_cursor_create(views, &cursor);
+    if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &candidates, occluders, sizeof *candidates, "direct light");
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &found, occluders, sizeof *found, "direct light");
-    for (size_t patch = 0; status == HPR_OK && patch < patches; patch++) {
-        for (size_t emitter = 0; status == HPR_OK && emitter < direct->emitter_count; emitter++)
-            status = look_from_patch(direct, views, patch, emitter, candidates, found);
+    for (size_t emitter = 0; status == HPR_OK && emitter < direct->emitter_count; emitter++) {
+        for (size_t patch = 0; status == HPR_OK && patch < patches; patch++)
+            status = look_from_patch(direct, views, cursor, patch, emitter, candidates, found);
     }
+    hpr_views_cursor_destroy(&cursor);
     hpr_views_destroy(&views);
     hpr_release(ctx, wanted);
     hpr_release(ctx, candidates);

@@ -4,15 +4,6 @@
 
 #include <string.h>
 
-/*
- * A plane through the point: normal . x >= 0 is inside. Heights within rounding |x| are rounding and count as
- * none, so that two blockers that share an edge leave no crack and cut off no sliver.
- */
-typedef struct side {
-    hpr_vec3 normal;
-    double rounding;
-} side;
-
 /* Corners whose height over a plane is known. */
 static void cut_at(const hpr_convex *in, const double *height, double sign, hpr_convex *out)
 {
@@ -41,7 +32,7 @@ static void cut(const hpr_convex *in, hpr_vec3 plane, double sign, double offset
     cut_at(in, height, sign, out);
 }
 
-static void side_heights(const hpr_convex *piece, const side *s, double *height)
+static void side_heights(const hpr_convex *piece, const hpr_side *s, double *height)
 {
     for (int i = 0; i < piece->count; i++) {
         height[i] = hpr_dot(s->normal, piece->corner[i]);
@@ -58,9 +49,7 @@ static void copy(hpr_convex *to, const hpr_convex *from)
     memcpy(to->corner, from->corner, (size_t)from->count * sizeof *to->corner);
 }
 
-/* Planes through the point (the origin) and the edges of a blocker, all pointing inward; their number, 0 if
- * the blocker is seen edge-on. */
-static int pyramid(const hpr_convex *blocker, side *sides)
+int hpr_visible_pyramid(const hpr_convex *blocker, hpr_side *sides)
 {
     static const double edge_on = 1e-14, rounding = 2e-15;
     hpr_vec3 middle = {0, 0, 0};
@@ -76,13 +65,13 @@ static int pyramid(const hpr_convex *blocker, side *sides)
         if (!(fabs(inward) > edge_on * size))
             return 0;
         sides[count++] =
-            (side){hpr_scale(normal, inward > 0 ? 1 : -1), rounding * hpr_length(a) * hpr_length(b)};
+            (hpr_side){hpr_scale(normal, inward > 0 ? 1 : -1), rounding * hpr_length(a) * hpr_length(b)};
     }
     return count;
 }
 
 /* No corner is inside some plane: the pyramid leaves the piece alone. */
-static bool apart(const hpr_convex *piece, const side *sides, int side_count)
+static bool apart(const hpr_convex *piece, const hpr_side *sides, int side_count)
 {
     for (int k = 0; k < side_count; k++) {
         double height[HPR_VISIBLE_CORNERS];
@@ -96,8 +85,8 @@ static bool apart(const hpr_convex *piece, const side *sides, int side_count)
     return side_count == 0;
 }
 
-/* Takes the pyramid out of every piece: what is outside side k and inside the sides before it stays. */
-static bool subtract(hpr_visible *visible, const side *sides, int side_count)
+/* Of every piece, what is outside side k and inside the sides before it stays. */
+bool hpr_visible_subtract(hpr_visible *visible, const hpr_side *sides, int side_count)
 {
     int before = visible->count;
     bool complete = true;
@@ -146,7 +135,7 @@ bool hpr_visible_part(hpr_vec3 point, const hpr_convex *sender, hpr_vec3 normal,
         const hpr_convex *other = &outline[blocker ? blocker[b] : (uint32_t)b];
         hpr_convex relative, between;
         relative.count = other->count;
-        side sides[HPR_VISIBLE_CORNERS];
+        hpr_side sides[HPR_VISIBLE_CORNERS];
         for (int i = 0; i < relative.count; i++)
             relative.corner[i] = hpr_sub(other->corner[i], point);
         /* between the point's parallel plane and the sender's: 0 < normal . x / height < 1 */
@@ -154,7 +143,7 @@ bool hpr_visible_part(hpr_vec3 point, const hpr_convex *sender, hpr_vec3 normal,
         cut(&relative, normal, -sign, -limit, &between);
         cut(&between, normal, sign, fabs(height) * in_plane, &relative);
         if (relative.count)
-            complete &= subtract(visible, sides, pyramid(&relative, sides));
+            complete &= hpr_visible_subtract(visible, sides, hpr_visible_pyramid(&relative, sides));
     }
     return complete;
 }

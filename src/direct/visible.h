@@ -29,6 +29,26 @@ typedef struct hpr_visible {
 bool hpr_visible_part(hpr_vec3 point, const hpr_convex *sender, hpr_vec3 normal, const hpr_convex *outline,
                       const uint32_t *blocker, int blocker_count, hpr_visible *visible);
 
+/*
+ * A plane through the point (the origin): normal . x >= 0 is inside. Heights within rounding |x| are rounding
+ * and count as none, so that two blockers that share an edge leave no crack and cut off no sliver.
+ */
+typedef struct hpr_side {
+    hpr_vec3 normal;
+    double rounding;
+} hpr_side;
+
+/*
+ * The planes through the point and the edges of a blocker, given relative to it, all pointing inward: what is
+ * inside all of them is behind the blocker. sides: room for blocker->count. Returns their number, 0 if the
+ * blocker is seen edge-on. Thread-safe.
+ */
+int hpr_visible_pyramid(const hpr_convex *blocker, hpr_side *sides);
+
+/* Takes a pyramid out of every piece. False if there would be too many pieces; some are then left whole.
+ * Thread-safe. */
+bool hpr_visible_subtract(hpr_visible *visible, const hpr_side *sides, int side_count);
+
 /* sum over the visible pieces of hpr_lambert_fraction at the point with the given receiver normal. */
 double hpr_visible_fraction(hpr_vec3 receiver_normal, const hpr_visible *visible);
 

@@ -104,20 +104,37 @@ static void add_accuracy(cJSON *root, const hpr_solve_summary *summary, bool *ok
     hpr_json_null(root, "error_estimate", ok); /* until there is one */
 }
 
+static void add_environment(cJSON *root, const hpr_solution *solution, bool *ok)
+{
+    static const char *const modes[] = {"none", "exact", "galerkin"};
+    const hpr_solve_summary *summary = &solution->summary;
+    cJSON *environment = hpr_json_object(root, "environment", ok);
+    cJSON *radiance = hpr_json_array(environment, "radiance", ok);
+    for (size_t c = 0; c < solution->channel_count; c++)
+        hpr_json_number(radiance, NULL, solution->environment ? solution->environment[c] : 0, ok);
+    hpr_json_text(environment, "direct", modes[summary->environment], ok);
+    hpr_json_number(environment, "elements_closed_form", (double)summary->environment_closed, ok);
+    hpr_json_number(environment, "elements_clipped", (double)summary->environment_clipped, ok);
+    hpr_json_number(environment, "elements_sampled", (double)summary->environment_sampled, ok);
+    hpr_json_number(environment, "error", summary->environment_error, ok);
+}
+
 static void add_energy(cJSON *root, const hpr_solution *solution, bool *ok)
 {
     cJSON *channels = hpr_json_array(root, "energy", ok);
     for (size_t c = 0; c < solution->channel_count; c++) {
         const hpr_energy *energy = solution->energy + c;
-        double balance = energy->emitted - energy->absorbed - energy->lost_on_backs - energy->escaped;
+        double come_in = energy->emitted + energy->environment;
+        double balance = come_in - energy->absorbed - energy->lost_on_backs - energy->escaped;
         cJSON *item = hpr_json_object(channels, NULL, ok);
         hpr_json_text(item, "channel", solution->channel_name[c], ok);
         hpr_json_number(item, "emitted", energy->emitted, ok);
+        hpr_json_number(item, "environment", energy->environment, ok);
         hpr_json_number(item, "absorbed", energy->absorbed, ok);
         hpr_json_number(item, "lost_on_backs", energy->lost_on_backs, ok);
         hpr_json_number(item, "escaped", energy->escaped, ok);
         hpr_json_number(item, "balance", balance, ok);
-        hpr_json_number(item, "relative", balance == 0 ? 0 : balance / energy->emitted, ok);
+        hpr_json_number(item, "relative", balance == 0 ? 0 : balance / come_in, ok);
     }
 }
 
@@ -160,6 +177,7 @@ hpr_status hpr_report_write(hpr_context *ctx, const hpr_solution *solution, cons
     add_counters(root, ctx, &ok);
     hpr_report_add_cost(root, ctx, &ok);
     add_accuracy(root, &solution->summary, &ok);
+    add_environment(root, solution, &ok);
     add_energy(root, solution, &ok);
     hpr_report_add_warnings(root, ctx, &ok);
     return hpr_report_save(ctx, root, ok, path);

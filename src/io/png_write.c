@@ -40,7 +40,7 @@ static double auto_exposure(const hpr_image *image)
     for (int pass = 0; pass < 2; pass++) {
         for (size_t i = 0; i < pixels; i++) {
             double coverage = (double)image->coverage[i];
-            double value = luminance(image->radiance + n * i, n) / coverage;
+            double value = luminance(image->radiance + n * i, n) / (image->environment ? 1 : coverage);
             if (!(coverage > 0) || !isfinite(value))
                 continue;
             if (pass == 0) {
@@ -56,6 +56,8 @@ static double auto_exposure(const hpr_image *image)
 
 static bool has_holes(const hpr_image *image)
 {
+    if (image->environment)
+        return false;
     size_t pixels = (size_t)image->width * (size_t)image->height;
     for (size_t i = 0; i < pixels; i++) {
         if (!(image->coverage[i] >= 1))
@@ -70,7 +72,7 @@ static void convert(const hpr_image *image, double exposure, bool alpha, png_byt
     size_t n = image->channel_count, pixels = (size_t)image->width * (size_t)image->height;
     for (size_t i = 0; i < pixels; i++) {
         double coverage = (double)image->coverage[i];
-        double scale = coverage > 0 ? exposure / fmin(coverage, 1) : 0;
+        double scale = !alpha ? exposure : coverage > 0 ? exposure / fmin(coverage, 1) : 0;
         for (size_t c = 0; c < n; c++) {
             double value = (double)image->radiance[n * i + c] * scale;
             *bytes++ = value > 0 ? quantise(srgb(fmin(value, 1))) : 0;

@@ -26,31 +26,32 @@ void hpr_solution_columns(const hpr_solution_sizes *sizes, hpr_solution *solutio
     size_t n = sizes->channels, patches = sizes->patches, nodes = sizes->nodes, leaves = sizes->leaves;
 #define OF(owner, member) ((owner) ? (void *)&(owner)->member : NULL)
     const hpr_column all[HPR_COLUMN_COUNT] = {
-        {"patches", "shape", HPR_UINT8, 1, patches, false, OF(p, shape)},
-        {"patches", "side", HPR_UINT8, 1, patches, false, OF(p, side)},
-        {"patches", "twin", HPR_UINT32, 1, patches, false, OF(p, twin)},
-        {"patches", "node", HPR_UINT32, 1, patches, false, OF(p, node)},
-        {"patches", "primitive", HPR_UINT32, 1, patches, false, OF(p, primitive)},
-        {"patches", "material", HPR_UINT32, 1, patches, false, OF(p, material)},
-        {"patches", "origin", HPR_FLOAT64, 3, patches, false, OF(p, origin)},
-        {"patches", "edge1", HPR_FLOAT64, 3, patches, false, OF(p, edge1)},
-        {"patches", "edge2", HPR_FLOAT64, 3, patches, false, OF(p, edge2)},
-        {"patches", "normal", HPR_FLOAT64, 3, patches, false, OF(p, normal)},
-        {"patches", "area", HPR_FLOAT64, 1, patches, false, OF(p, area_m2)},
-        {"patches", "reflectance", HPR_FLOAT64, n, patches, false, OF(p, reflectance)},
-        {"patches", "exitance", HPR_FLOAT64, n, patches, false, OF(p, exitance)},
-        {"elements", "patch", HPR_UINT32, 1, nodes, false, OF(e, patch)},
-        {"elements", "child", HPR_UINT32, 1, nodes, false, OF(e, child)},
-        {"elements", "axis", HPR_UINT8, 1, nodes, false, OF(e, axis)},
-        {"elements", "degree", HPR_UINT8, 1, nodes, false, OF(e, degree)},
-        {"elements", "origin", HPR_FLOAT64, 3, nodes, false, OF(e, origin)},
-        {"elements", "edge1", HPR_FLOAT64, 3, nodes, false, OF(e, edge1)},
-        {"elements", "edge2", HPR_FLOAT64, 3, nodes, false, OF(e, edge2)},
-        {"elements", "area", HPR_FLOAT64, 1, nodes, false, OF(e, area_m2)},
-        {"solution", "leaf", HPR_UINT32, 1, leaves, true, OF(e, leaf)},
-        {"solution", "firstCoefficient", HPR_UINT64, 1, leaves + 1, true, OF(e, dof)},
-        {"solution", "irradiance", HPR_FLOAT64, n, sizes->dofs, false, OF(solution, irradiance)},
-        {"solution", "error", HPR_FLOAT64, 1, leaves, false, OF(solution, error)},
+        {"patches", "shape", HPR_UINT8, 1, patches, false, 1, OF(p, shape)},
+        {"patches", "side", HPR_UINT8, 1, patches, false, 1, OF(p, side)},
+        {"patches", "twin", HPR_UINT32, 1, patches, false, 1, OF(p, twin)},
+        {"patches", "node", HPR_UINT32, 1, patches, false, 1, OF(p, node)},
+        {"patches", "primitive", HPR_UINT32, 1, patches, false, 1, OF(p, primitive)},
+        {"patches", "material", HPR_UINT32, 1, patches, false, 1, OF(p, material)},
+        {"patches", "origin", HPR_FLOAT64, 3, patches, false, 1, OF(p, origin)},
+        {"patches", "edge1", HPR_FLOAT64, 3, patches, false, 1, OF(p, edge1)},
+        {"patches", "edge2", HPR_FLOAT64, 3, patches, false, 1, OF(p, edge2)},
+        {"patches", "normal", HPR_FLOAT64, 3, patches, false, 1, OF(p, normal)},
+        {"patches", "area", HPR_FLOAT64, 1, patches, false, 1, OF(p, area_m2)},
+        {"patches", "reflectance", HPR_FLOAT64, n, patches, false, 1, OF(p, reflectance)},
+        {"patches", "exitance", HPR_FLOAT64, n, patches, false, 1, OF(p, exitance)},
+        {"elements", "patch", HPR_UINT32, 1, nodes, false, 1, OF(e, patch)},
+        {"elements", "child", HPR_UINT32, 1, nodes, false, 1, OF(e, child)},
+        {"elements", "axis", HPR_UINT8, 1, nodes, false, 1, OF(e, axis)},
+        {"elements", "degree", HPR_UINT8, 1, nodes, false, 1, OF(e, degree)},
+        {"elements", "origin", HPR_FLOAT64, 3, nodes, false, 1, OF(e, origin)},
+        {"elements", "edge1", HPR_FLOAT64, 3, nodes, false, 1, OF(e, edge1)},
+        {"elements", "edge2", HPR_FLOAT64, 3, nodes, false, 1, OF(e, edge2)},
+        {"elements", "area", HPR_FLOAT64, 1, nodes, false, 1, OF(e, area_m2)},
+        {"solution", "leaf", HPR_UINT32, 1, leaves, true, 1, OF(e, leaf)},
+        {"solution", "firstCoefficient", HPR_UINT64, 1, leaves + 1, true, 1, OF(e, dof)},
+        {"solution", "irradiance", HPR_FLOAT64, n, sizes->dofs, false, 1, OF(solution, irradiance)},
+        {"solution", "surroundings", HPR_FLOAT64, n, patches, false, 2, OF(solution, surroundings)},
+        {"solution", "error", HPR_FLOAT64, 1, leaves, false, 1, OF(solution, error)},
     };
 #undef OF
     memcpy(columns, all, sizeof all);
@@ -62,28 +63,33 @@ const hpr_field *hpr_summary_fields(size_t *count)
 {
 #define AT(member) offsetof(hpr_solve_summary, member)
     static const hpr_field fields[] = {
-        {"order", HPR_FIELD_INT, AT(options.order)},
-        {"subdivide", HPR_FIELD_INT, AT(options.subdivide)},
-        {"feet", HPR_FIELD_INT, AT(options.feet)},
-        {"blockTolerance", HPR_FIELD_DOUBLE, AT(options.block_tolerance)},
-        {"solverTolerance", HPR_FIELD_DOUBLE, AT(options.solver_tolerance)},
-        {"maxSweeps", HPR_FIELD_INT, AT(options.max_sweeps)},
-        {"directAsked", HPR_FIELD_INT, AT(options.direct)},
-        {"direct", HPR_FIELD_INT, AT(direct)},
-        {"patchCount", HPR_FIELD_SIZE, AT(patch_count)},
-        {"elementCount", HPR_FIELD_SIZE, AT(element_count)},
-        {"dofCount", HPR_FIELD_SIZE, AT(dof_count)},
-        {"linkCount", HPR_FIELD_SIZE, AT(link_count)},
-        {"blockBytes", HPR_FIELD_SIZE, AT(block_bytes)},
-        {"channelsSolved", HPR_FIELD_SIZE, AT(channels_solved)},
-        {"degenerateCount", HPR_FIELD_SIZE, AT(degenerate_count)},
-        {"duplicateCount", HPR_FIELD_SIZE, AT(duplicate_count)},
-        {"blockToleranceUsed", HPR_FIELD_DOUBLE, AT(block_tolerance)},
-        {"blockedTolerance", HPR_FIELD_DOUBLE, AT(blocked_tolerance)},
-        {"shortCount", HPR_FIELD_SIZE, AT(short_count)},
-        {"sweeps", HPR_FIELD_INT, AT(sweeps)},
-        {"residual", HPR_FIELD_DOUBLE, AT(residual)},
-        {"occluded", HPR_FIELD_INT, AT(occluded)},
+        {"order", HPR_FIELD_INT, AT(options.order), 1},
+        {"subdivide", HPR_FIELD_INT, AT(options.subdivide), 1},
+        {"feet", HPR_FIELD_INT, AT(options.feet), 2},
+        {"blockTolerance", HPR_FIELD_DOUBLE, AT(options.block_tolerance), 1},
+        {"solverTolerance", HPR_FIELD_DOUBLE, AT(options.solver_tolerance), 1},
+        {"maxSweeps", HPR_FIELD_INT, AT(options.max_sweeps), 1},
+        {"directAsked", HPR_FIELD_INT, AT(options.direct), 1},
+        {"direct", HPR_FIELD_INT, AT(direct), 1},
+        {"environment", HPR_FIELD_INT, AT(environment), 2},
+        {"environmentClosed", HPR_FIELD_SIZE, AT(environment_closed), 2},
+        {"environmentClipped", HPR_FIELD_SIZE, AT(environment_clipped), 2},
+        {"environmentSampled", HPR_FIELD_SIZE, AT(environment_sampled), 2},
+        {"environmentError", HPR_FIELD_DOUBLE, AT(environment_error), 2},
+        {"patchCount", HPR_FIELD_SIZE, AT(patch_count), 1},
+        {"elementCount", HPR_FIELD_SIZE, AT(element_count), 1},
+        {"dofCount", HPR_FIELD_SIZE, AT(dof_count), 1},
+        {"linkCount", HPR_FIELD_SIZE, AT(link_count), 1},
+        {"blockBytes", HPR_FIELD_SIZE, AT(block_bytes), 1},
+        {"channelsSolved", HPR_FIELD_SIZE, AT(channels_solved), 1},
+        {"degenerateCount", HPR_FIELD_SIZE, AT(degenerate_count), 1},
+        {"duplicateCount", HPR_FIELD_SIZE, AT(duplicate_count), 1},
+        {"blockToleranceUsed", HPR_FIELD_DOUBLE, AT(block_tolerance), 1},
+        {"blockedTolerance", HPR_FIELD_DOUBLE, AT(blocked_tolerance), 2},
+        {"shortCount", HPR_FIELD_SIZE, AT(short_count), 1},
+        {"sweeps", HPR_FIELD_INT, AT(sweeps), 1},
+        {"residual", HPR_FIELD_DOUBLE, AT(residual), 1},
+        {"occluded", HPR_FIELD_INT, AT(occluded), 1},
     };
 #undef AT
     *count = COUNT_OF(fields);
@@ -93,10 +99,11 @@ const hpr_field *hpr_summary_fields(size_t *count)
 const hpr_field *hpr_energy_fields(size_t *count)
 {
     static const hpr_field fields[] = {
-        {"emitted", HPR_FIELD_DOUBLE, offsetof(hpr_energy, emitted)},
-        {"absorbed", HPR_FIELD_DOUBLE, offsetof(hpr_energy, absorbed)},
-        {"lostOnBacks", HPR_FIELD_DOUBLE, offsetof(hpr_energy, lost_on_backs)},
-        {"escaped", HPR_FIELD_DOUBLE, offsetof(hpr_energy, escaped)},
+        {"emitted", HPR_FIELD_DOUBLE, offsetof(hpr_energy, emitted), 1},
+        {"environment", HPR_FIELD_DOUBLE, offsetof(hpr_energy, environment), 2},
+        {"absorbed", HPR_FIELD_DOUBLE, offsetof(hpr_energy, absorbed), 1},
+        {"lostOnBacks", HPR_FIELD_DOUBLE, offsetof(hpr_energy, lost_on_backs), 1},
+        {"escaped", HPR_FIELD_DOUBLE, offsetof(hpr_energy, escaped), 1},
     };
     *count = COUNT_OF(fields);
     return fields;
@@ -105,20 +112,20 @@ const hpr_field *hpr_energy_fields(size_t *count)
 const hpr_field *hpr_camera_fields(size_t *count)
 {
     static const hpr_field fields[] = {
-        {"yfov", HPR_FIELD_DOUBLE, offsetof(hpr_camera, yfov_rad)},
-        {"aspectRatio", HPR_FIELD_DOUBLE, offsetof(hpr_camera, aspect)},
-        {"xmag", HPR_FIELD_DOUBLE, offsetof(hpr_camera, xmag)},
-        {"ymag", HPR_FIELD_DOUBLE, offsetof(hpr_camera, ymag)},
-        {"znear", HPR_FIELD_DOUBLE, offsetof(hpr_camera, znear)},
-        {"zfar", HPR_FIELD_DOUBLE, offsetof(hpr_camera, zfar)},
+        {"yfov", HPR_FIELD_DOUBLE, offsetof(hpr_camera, yfov_rad), 1},
+        {"aspectRatio", HPR_FIELD_DOUBLE, offsetof(hpr_camera, aspect), 1},
+        {"xmag", HPR_FIELD_DOUBLE, offsetof(hpr_camera, xmag), 1},
+        {"ymag", HPR_FIELD_DOUBLE, offsetof(hpr_camera, ymag), 1},
+        {"znear", HPR_FIELD_DOUBLE, offsetof(hpr_camera, znear), 1},
+        {"zfar", HPR_FIELD_DOUBLE, offsetof(hpr_camera, zfar), 1},
     };
     *count = COUNT_OF(fields);
     return fields;
 }
 
 const hpr_field hpr_camera_vectors[HPR_CAMERA_VECTORS] = {
-    {"origin", HPR_FIELD_DOUBLE, offsetof(hpr_camera, origin)},
-    {"right", HPR_FIELD_DOUBLE, offsetof(hpr_camera, right)},
-    {"up", HPR_FIELD_DOUBLE, offsetof(hpr_camera, up)},
-    {"backward", HPR_FIELD_DOUBLE, offsetof(hpr_camera, backward)},
+    {"origin", HPR_FIELD_DOUBLE, offsetof(hpr_camera, origin), 1},
+    {"right", HPR_FIELD_DOUBLE, offsetof(hpr_camera, right), 1},
+    {"up", HPR_FIELD_DOUBLE, offsetof(hpr_camera, up), 1},
+    {"backward", HPR_FIELD_DOUBLE, offsetof(hpr_camera, backward), 1},
 };

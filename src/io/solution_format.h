@@ -1,14 +1,15 @@
 /*
  * The tables of the extension HPRAD_radiosity that its writer and its reader share, and what it holds.
  *
- * The extension stands at the root of the glTF, version 1; a newer one is refused. Lengths are in metres,
- * light in SI units per channel. It holds no times: the same solution gives the same bytes. An array is an
- * object {bufferView, componentType, components, count}: `count` items of `components` little-endian numbers
- * (uint8, uint32, uint64, float64), tightly packed in that buffer view, which begins at a multiple of 8 bytes
- * in the file; an empty array has no buffer view. 4294967295 means "none". Numbers in the JSON that are not
- * finite are the texts "NaN", "Infinity", "-Infinity".
+ * The extension stands at the root of the glTF, version 2; a newer one is refused. Version 1 has no
+ * environment. Lengths are in metres, light in SI units per channel. It holds no times: the same solution
+ * gives the same bytes. An array is an object {bufferView, componentType, components, count}: `count` items
+ * of `components` little-endian numbers (uint8, uint32, uint64, float64), tightly packed in that buffer view,
+ * which begins at a multiple of 8 bytes in the file; an empty array has no buffer view. 4294967295 means
+ * "none". Numbers in the JSON that are not finite are the texts "NaN", "Infinity", "-Infinity".
  *
- * - version: 1. scene: the file's name. channels: their names, mostly R, G, B. exposure: see the end
+ * - version: 2. scene: the file's name. channels: their names, mostly R, G, B. exposure: see the end
+ * - environment: the radiance from outside, W/m2/sr, one number per channel
  * - patches.count: one per side of a surface; .degenerateCount, .duplicateCount: faces that were left out
  * - patches.shape, .side (uint8): 0 parallelogram, 1 triangle; 1 for the back of a doubleSided face
  * - patches.twin, .node, .primitive, .material (uint32): the patch on the other side, or none; where it
@@ -28,11 +29,13 @@
  * - solution.irradiance (float64 per coefficient and channel): H(x) = sum_k irradiance[k] T_k(x); its
  *   indirect part if summary.direct is 0 (exact): then D(x), the light straight from the emitters, is added;
  *   in W/m2 * m; T_k is the orthonormal basis of basis/basis.h
+ * - solution.surroundings (float64 per patch and channel): S, W/m2. With V(x) the open part of the view,
+ * light from outside adds (pi L - S) V(x) to H if summary.environment is 1
  * - solution.error (float64 per leaf): estimated L2 error of H, in W/m2 * m; NaN: unknown
  * - cameras[]: name, kind (perspective, orthographic), origin, right, up, backward, yfov, aspectRatio (0: the
  *   picture's), xmag, ymag, znear, zfar
  * - summary: options and counts of the solve
- * - energy[] (W per channel): emitted, absorbed, lostOnBacks, escaped
+ * - energy[] (W per channel): emitted, environment, absorbed, lostOnBacks, escaped
  *
  * What other programs show is an unlit mesh with the vertex colours clamp(exposure * radiance, 0, 1), linear
  * Rec. 709, and the cameras. It is a picture of the solution and is not read back.
@@ -43,7 +46,7 @@
 #include "solver/solution.h"
 
 #define HPR_EXTENSION_NAME "HPRAD_radiosity"
-enum { HPR_EXTENSION_VERSION = 1 };
+enum { HPR_EXTENSION_VERSION = 2 };
 
 typedef enum hpr_component { HPR_UINT8, HPR_UINT32, HPR_UINT64, HPR_FLOAT64 } hpr_component;
 
@@ -62,10 +65,11 @@ typedef struct hpr_column {
     hpr_component component;
     size_t components, count;
     bool derived; /* follows from the others: checked when read, not taken */
+    size_t since; /* the version from which on it must be there; in older files all of it may be 0 */
     void *array;  /* address of the pointer in the solution, NULL if there is no solution */
 } hpr_column;
 
-enum { HPR_COLUMN_COUNT = 25 };
+enum { HPR_COLUMN_COUNT = 26 };
 
 /* Lists the arrays; `solution` may be NULL. */
 void hpr_solution_columns(const hpr_solution_sizes *sizes, hpr_solution *solution,
@@ -78,6 +82,7 @@ typedef struct hpr_field {
     const char *key;
     hpr_field_kind kind;
     size_t offset;
+    size_t since; /* the version from which on it must be there; older files may leave it 0 */
 } hpr_field;
 
 /* Members of hpr_solve_summary, hpr_energy and the numbers of hpr_camera; *count receives how many. */

@@ -3,7 +3,9 @@
 #include "io/glb.h"
 #include "io/json_text.h"
 #include "io/solution_format.h"
+#include "patch/weld.h"
 
+#include <float.h>
 #include <limits.h>
 #include <math.h>
 #include <string.h>
@@ -16,6 +18,7 @@ typedef struct reader {
     hpr_context *context;
     hpr_glb glb;
     const cJSON *extension;
+    size_t version;
     hpr_solution_sizes sizes;
     hpr_solution *solution;
 } reader;
@@ -33,16 +36,15 @@ static const cJSON *member(const cJSON *object, const char *key)
 static hpr_status open_extension(reader *r)
 {
     r->extension = member(member(r->glb.root, "extensions"), HPR_EXTENSION_NAME);
-    size_t version;
     if (!cJSON_IsObject(r->extension))
         return hpr_fail(r->context, HPR_ERR_FORMAT, "%s: not an hprad solution (no extension %s)",
                         r->glb.path, HPR_EXTENSION_NAME);
-    if (!hpr_json_read_size(member(r->extension, "version"), 0x1p53, &version) || version < 1)
+    if (!hpr_json_read_size(member(r->extension, "version"), 0x1p53, &r->version) || r->version < 1)
         return broken(r, "version is missing or broken");
-    if (version > HPR_EXTENSION_VERSION)
+    if (r->version > HPR_EXTENSION_VERSION)
         return hpr_fail(r->context, HPR_ERR_FORMAT,
                         "%s: written by a newer hprad: version %zu of %s, this one reads up to %d",
-                        r->glb.path, version, HPR_EXTENSION_NAME, HPR_EXTENSION_VERSION);
+                        r->glb.path, r->version, HPR_EXTENSION_NAME, HPR_EXTENSION_VERSION);
     return HPR_OK;
 }
 
@@ -75,7 +77,7 @@ static hpr_status read_sizes(reader *r)
     return status;
 }
 
-/* The bytes of one array; *data is NULL for an empty one. */
+/* The bytes of one array; *data is NULL for an empty one, and for one that older files do not have. */
 static hpr_status find_column(const reader *r, const hpr_column *column, const unsigned char **data,
                               size_t *bytes)
 {
@@ -84,6 +86,10 @@ static hpr_status find_column(const reader *r, const hpr_column *column, const u
     size_t count, components, view;
     *data = NULL;
     *bytes = column->count * column->components * hpr_component_bytes(column->component);
+    if (!array && column->since > r->version) {
+        *bytes = 0;
+        return HPR_OK;
+    }
     if (!type || strcmp(type, hpr_component_name(column->component)) ||
         !hpr_json_read_size(member(array, "count"), 0x1p53, &count) || count != column->count ||
         !hpr_json_read_size(member(array, "components"), 0x1p53, &components) ||
@@ -289,6 +295,8 @@ static hpr_status check_coefficients(const reader *r)
     const hpr_solution *solution = r->solution;
     if (!all_finite(solution->irradiance, r->sizes.dofs * r->sizes.channels))
         return broken(r, "a coefficient of the irradiance is not finite");
+    if (!all_within(solution->surroundings, r->sizes.patches * r->sizes.channels, 0, DBL_MAX))
+        return broken(r, "the surroundings of a patch are not finite and >= 0");
     for (size_t i = 0; i < r->sizes.leaves; i++) {
         if (solution->error[i] < 0 || isinf(solution->error[i])) /* NaN: unknown */
             return broken(r, "an error estimate is negative or infinite");
@@ -301,6 +309,8 @@ static hpr_status read_fields(const reader *r, const cJSON *object, const char *
 {
     for (size_t i = 0; i < count; i++) {
         const cJSON *item = member(object, fields[i].key);
+        if (!item && fields[i].since > r->version)
+            continue;
         char *at = (char *)structure + fields[i].offset;
         double number = 0;
         size_t size = 0;
@@ -395,6 +405,40 @@ static hpr_status read_names(reader *r)
     return status;
 }
 
+static hpr_status read_environment(reader *r)
+{
+    size_t n = r->sizes.channels;
+    const cJSON *environment = member(r->extension, "environment");
+    hpr_status status =
+        hpr_allocate_into(r->context, &r->solution->environment, n, sizeof(double), "light from outside");
+    if (status != HPR_OK || r->version < 2)
+        return status;
+    bool good = cJSON_IsArray(environment) && (size_t)cJSON_GetArraySize(environment) == n;
+    for (size_t c = 0; good && c < n; c++) {
+        double *value = r->solution->environment + c;
+        good = hpr_json_read_exact(cJSON_GetArrayItem(environment, (int)c), value) && *value >= 0 &&
+               isfinite(*value);
+    }
+    return good ? HPR_OK : broken(r, "environment is missing, broken or not one per channel");
+}
+
+/* The first files of version 1 do not say it; then it follows from the scene's size. */
+static hpr_status read_weld(reader *r, const cJSON *distance)
+{
+    hpr_patches *patches = r->solution->patches;
+    double low[3], high[3], centre[3], radius = hpr_patches_radius(patches, centre);
+    for (int k = 0; k < 3; k++) {
+        low[k] = centre[k] - radius;
+        high[k] = centre[k] + radius;
+    }
+    patches->weld_m = hpr_weld_distance(low, high);
+    if (!distance && r->version < 2)
+        return HPR_OK;
+    if (!hpr_json_read_exact(distance, &patches->weld_m) || !(patches->weld_m >= 0))
+        return broken(r, "weldDistance is missing or negative");
+    return HPR_OK;
+}
+
 static hpr_status read_figures(reader *r)
 {
     hpr_solution *solution = r->solution;
@@ -403,6 +447,10 @@ static hpr_status read_figures(reader *r)
     const hpr_field *fields = hpr_summary_fields(&count);
     hpr_status status =
         read_fields(r, member(r->extension, "summary"), "summary", &solution->summary, fields, count);
+    int mode = solution->summary.environment;
+    if (status == HPR_OK && mode != HPR_ENVIRONMENT_NONE && mode != HPR_ENVIRONMENT_GALERKIN &&
+        mode != HPR_ENVIRONMENT_EXACT)
+        status = broken(r, "summary: environment is not sound");
     if (status == HPR_OK &&
         (!cJSON_IsArray(energy) || (size_t)cJSON_GetArraySize(energy) != r->sizes.channels))
         status = broken(r, "energy is missing or not one per channel");
@@ -411,10 +459,8 @@ static hpr_status read_figures(reader *r)
                              &solution->patches->degenerate_count) ||
          !hpr_json_read_size(member(patches, "duplicateCount"), 0x1p53, &solution->patches->duplicate_count)))
         status = broken(r, "degenerateCount or duplicateCount is missing");
-    if (status == HPR_OK &&
-        (!hpr_json_read_exact(member(patches, "weldDistance"), &solution->patches->weld_m) ||
-         !(solution->patches->weld_m >= 0)))
-        status = broken(r, "weldDistance is missing or negative");
+    if (status == HPR_OK)
+        status = read_weld(r, member(patches, "weldDistance"));
     if (status == HPR_OK)
         status = hpr_allocate_into(r->context, &solution->energy, r->sizes.channels, sizeof *solution->energy,
                                    "energy terms");
@@ -448,6 +494,8 @@ static hpr_status read_solution(reader *r)
         status = check_coefficients(r);
     if (status == HPR_OK)
         status = read_names(r);
+    if (status == HPR_OK)
+        status = read_environment(r);
     if (status == HPR_OK)
         status = read_cameras(r);
     if (status == HPR_OK)

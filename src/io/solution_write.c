@@ -268,6 +268,9 @@ static hpr_status add_extension(hpr_glb_builder *glb, const hpr_solution *soluti
     cJSON *channels = hpr_json_array(extension, "channels", ok);
     for (size_t c = 0; c < solution->channel_count; c++)
         hpr_json_text(channels, NULL, solution->channel_name[c], ok);
+    cJSON *environment = hpr_json_array(extension, "environment", ok);
+    for (size_t c = 0; c < solution->channel_count; c++)
+        hpr_json_exact(environment, NULL, solution->environment ? solution->environment[c] : 0, ok);
     const hpr_patches *p = solution->patches;
     const hpr_elements *e = solution->elements;
     const hpr_solution_sizes sizes = {solution->channel_count, p->count, e->node_count, e->leaf_count,

@@ -9,6 +9,16 @@
 #include <string.h>
 #include <unistd.h>
 
+/* Working memory of one thread, and what it counted. */
+typedef struct worker {
+    hpr_views_cursor *cursor;
+    hpr_block_scratch *scratch;
+    uint32_t *candidate, *blocker; /* [occluder_count] of a pair of patches, of a pair of elements */
+    size_t candidate_count;
+    double *block; /* [HPR_MAX_BASIS]^2 */
+    uint64_t counts[HPR_COUNTER_COUNT];
+} worker;
+
 typedef struct assembly {
     const hpr_coverage *coverage;
     const hpr_patches *patches;
@@ -18,6 +28,7 @@ typedef struct assembly {
     hpr_views *views;
     hpr_quadrature *quadrature;
     hpr_links *links;
+    worker *workers;    /* [threads] */
     uint8_t *verdict;   /* [patches][patches] hpr_verdict, upper triangle */
     double area_m2;     /* of all patches */
     size_t *task_first; /* [link_count + 1] first task of each link; a task is one receiver leaf */
@@ -51,12 +62,14 @@ static hpr_status find_verdicts(assembly *a, size_t *link_count)
         return status;
 #pragma omp parallel for schedule(dynamic, 4) num_threads(hpr_context_threads(a->context))
     for (size_t i = 0; i < n; i++) {
+        hpr_views_cursor *cursor = a->workers[omp_get_thread_num()].cursor;
+        size_t found = 0;
         for (size_t j = i + 1; j < n && !hpr_cancelled(a->context); j++) {
-            hpr_verdict verdict = hpr_views_classify(a->views, i, j, NULL, NULL);
+            hpr_verdict verdict = hpr_views_classify(a->views, cursor, i, j, NULL, NULL);
             a->verdict[i * n + j] = (uint8_t)verdict;
-            if (verdict != HPR_SEES_NOTHING)
-                atomic_fetch_add(&seen, 1);
+            found += verdict != HPR_SEES_NOTHING;
         }
+        atomic_fetch_add(&seen, found);
     }
     *link_count = seen;
     return hpr_cancelled(a->context) ? hpr_fail(a->context, HPR_ERR_INTERRUPTED, "interrupted") : HPR_OK;
@@ -156,15 +169,6 @@ static hpr_status make_links(assembly *a)
     return status;
 }
 
-/* Working memory of one thread, and what it counted. */
-typedef struct worker {
-    hpr_block_scratch *scratch;
-    uint32_t *candidate, *blocker; /* [occluder_count] of a pair of patches, of a pair of elements */
-    size_t candidate_count;
-    double *block; /* [HPR_MAX_BASIS]^2 */
-    uint64_t counts[HPR_COUNTER_COUNT];
-} worker;
-
 /*
  * What the partly visible pairs cost, about 0.1 to 10 ms each, decides how exactly they are clipped. A
  * block's error of t sqrt(A_r A_s) / A is one of t A_s / A in the form factor: of one sign in all senders, a
@@ -175,7 +179,7 @@ static void choose_tolerances(assembly *a, double tolerance)
     static const struct {
         size_t pairs;
         double tolerance;
-    } level[] = {{1000, 1e-6}, {8000, 1e-3}, {60000, 3e-2}, {SIZE_MAX, 0}};
+    } level[] = {{200, 1e-6}, {8000, 1e-3}, {60000, 3e-2}, {SIZE_MAX, 0}};
     hpr_links *links = a->links;
     size_t pairs = 0, n = a->patches->count, k = 0;
     for (size_t l = 0; l < links->count; l++) {
@@ -185,8 +189,14 @@ static void choose_tolerances(assembly *a, double tolerance)
     }
     while (pairs > level[k].pairs)
         k++;
+    /* Where many things stand about, a pair has tens of blockers, and rays are cheaper. */
+    enum { FEW_OCCLUDERS = 64, FEW_PAIRS = 500 };
+    bool crowded = hpr_visibility_occluder_count(a->visibility) > FEW_OCCLUDERS && pairs > FEW_PAIRS;
     links->tolerance = tolerance > 0 ? tolerance : links->occluded ? 1e-5 : 1e-12;
-    links->blocked_tolerance = !links->occluded ? 0 : tolerance > 0 ? tolerance : level[k].tolerance;
+    links->blocked_tolerance = !links->occluded ? 0
+                               : tolerance > 0  ? tolerance
+                               : crowded        ? 0
+                                                : level[k].tolerance;
     for (size_t i = 0; i < n; i++)
         a->area_m2 += a->patches->area_m2[i];
 }
@@ -266,20 +276,21 @@ static size_t link_of_task(const assembly *a, size_t task)
     return low;
 }
 
-static void integrate_all(assembly *a, worker *workers)
+static void integrate_all(assembly *a)
 {
     size_t task_count = a->task_first[a->links->count];
     atomic_size_t done = 0;
 #pragma omp parallel num_threads(hpr_context_threads(a->context))
     {
-        worker *w = &workers[omp_get_thread_num()];
+        worker *w = &a->workers[omp_get_thread_num()];
 #pragma omp for schedule(dynamic, 1)
         for (size_t task = 0; task < task_count; task++) {
             size_t l = link_of_task(a, task);
             const hpr_link *link = &a->links->link[l];
             size_t leaf_i = a->elements->patch_leaf[link->recv] + (task - a->task_first[l]);
             if (a->verdict[link->recv * a->patches->count + link->send] == HPR_SEES_PARTLY)
-                hpr_views_classify(a->views, link->recv, link->send, w->candidate, &w->candidate_count);
+                hpr_views_classify(a->views, w->cursor, link->recv, link->send, w->candidate,
+                                   &w->candidate_count);
             for (size_t leaf_j = a->elements->patch_leaf[link->send];
                  leaf_j < a->elements->patch_leaf[link->send + 1] && !hpr_cancelled(a->context); leaf_j++)
                 integrate_pair(a, w, l, leaf_i, leaf_j);
@@ -290,40 +301,43 @@ static void integrate_all(assembly *a, worker *workers)
     }
 }
 
-static hpr_status integrate(assembly *a)
+static hpr_status make_workers(assembly *a)
 {
-    int threads = hpr_context_threads(a->context);
-    size_t occluders = hpr_visibility_occluder_count(a->visibility);
-    worker *workers = NULL;
+    hpr_context *ctx = a->context;
+    int threads = hpr_context_threads(ctx);
+    size_t occluders = hpr_visibility_occluder_count(a->visibility),
+           square = (size_t)HPR_MAX_BASIS * HPR_MAX_BASIS;
     hpr_status status =
-        hpr_allocate_into(a->context, &workers, (size_t)threads, sizeof *workers, "quadrature scratch");
+        hpr_allocate_into(ctx, &a->workers, (size_t)threads, sizeof *a->workers, "quadrature scratch");
     for (int t = 0; status == HPR_OK && t < threads; t++) {
-        status = hpr_block_scratch_create(a->context, &workers[t].scratch);
+        worker *w = &a->workers[t];
+        status = hpr_views_cursor_create(a->views, &w->cursor);
         if (status == HPR_OK)
-            status =
-                hpr_allocate_into(a->context, &workers[t].candidate, occluders, sizeof(uint32_t), "blockers");
+            status = hpr_block_scratch_create(ctx, &w->scratch);
         if (status == HPR_OK)
-            status =
-                hpr_allocate_into(a->context, &workers[t].blocker, occluders, sizeof(uint32_t), "blockers");
+            status = hpr_allocate_into(ctx, &w->candidate, occluders, sizeof(uint32_t), "blockers");
         if (status == HPR_OK)
-            status = hpr_allocate_into(a->context, &workers[t].block, (size_t)HPR_MAX_BASIS * HPR_MAX_BASIS,
-                                       sizeof(double), "quadrature scratch");
+            status = hpr_allocate_into(ctx, &w->blocker, occluders, sizeof(uint32_t), "blockers");
+        if (status == HPR_OK)
+            status = hpr_allocate_into(ctx, &w->block, square, sizeof(double), "quadrature scratch");
     }
-    if (status == HPR_OK)
-        integrate_all(a, workers);
-    for (int t = 0; workers && t < threads; t++) {
-        for (int c = 0; c < HPR_COUNTER_COUNT; c++)
-            hpr_count(a->context, (hpr_counter)c, workers[t].counts[c]);
-        a->links->short_count += workers[t].counts[HPR_COUNT_SHORT];
-        hpr_block_scratch_destroy(&workers[t].scratch);
-        hpr_release(a->context, workers[t].candidate);
-        hpr_release(a->context, workers[t].blocker);
-        hpr_release(a->context, workers[t].block);
-    }
-    hpr_release(a->context, workers);
-    if (status == HPR_OK && hpr_cancelled(a->context))
-        status = hpr_fail(a->context, HPR_ERR_INTERRUPTED, "interrupted during assembly");
     return status;
+}
+
+static void close_workers(assembly *a)
+{
+    for (int t = 0; a->workers && t < hpr_context_threads(a->context); t++) {
+        worker *w = &a->workers[t];
+        for (int c = 0; c < HPR_COUNTER_COUNT; c++)
+            hpr_count(a->context, (hpr_counter)c, w->counts[c]);
+        a->links->short_count += w->counts[HPR_COUNT_SHORT];
+        hpr_views_cursor_destroy(&w->cursor);
+        hpr_block_scratch_destroy(&w->scratch);
+        hpr_release(a->context, w->candidate);
+        hpr_release(a->context, w->blocker);
+        hpr_release(a->context, w->block);
+    }
+    hpr_release(a->context, a->workers);
 }
 
 hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *elements, double tolerance,
@@ -344,11 +358,16 @@ hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *
     if (status == HPR_OK)
         status = hpr_quadrature_create(ctx, &a.quadrature);
     if (status == HPR_OK)
+        status = make_workers(&a);
+    if (status == HPR_OK)
         status = make_links(&a);
     if (status == HPR_OK) {
         choose_tolerances(&a, tolerance);
-        status = integrate(&a);
+        integrate_all(&a);
+        if (hpr_cancelled(ctx))
+            status = hpr_fail(ctx, HPR_ERR_INTERRUPTED, "interrupted during assembly");
     }
+    close_workers(&a);
     hpr_views_destroy(&a.views);
     hpr_visibility_destroy(&a.visibility);
     hpr_quadrature_destroy(&a.quadrature);

@@ -5,6 +5,7 @@
 #include "quadrature/cuts.h"
 #include "quadrature/rule.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 /* A segment in which another patch meets a patch's plane, in the patch's parameters. */
@@ -12,7 +13,8 @@ typedef struct foot {
     double from[2], to[2];
 } foot;
 
-enum { MAX_PIECES = 16 };
+/* In scenes of more patches the search would take minutes: all elements count as open. */
+enum { MAX_PIECES = 16, MAX_PATCHES = 20000 };
 
 /* The open part of a leaf, in the leaf's parameters. */
 typedef struct trimmed {
@@ -31,9 +33,17 @@ struct hpr_coverage {
     trimmed *trim;
 };
 
+/* The box of a patch. */
+typedef struct patch_box {
+    double low[3], high[3];
+    uint32_t patch;
+} patch_box;
+
 typedef struct search {
+    patch_box *box; /* [patches->count] rising by low[0] */
+    double widest;  /* along x */
     hpr_coverage *coverage;
-    const hpr_visibility *visibility;
+    hpr_visibility *visibility; /* made when the first patch has a foot on it, like gauss */
     hpr_gauss_table *gauss;
     double slack; /* metres */
     uint32_t patch;
@@ -128,38 +138,79 @@ static bool runs_inside(const foot *f, bool triangle, double slack)
     return (high - low) * hypot(d[0], d[1]) > slack;
 }
 
+static int compare_boxes(const void *left, const void *right)
+{
+    const patch_box *a = left, *b = right;
+    if (a->low[0] != b->low[0])
+        return a->low[0] < b->low[0] ? -1 : 1;
+    return a->patch < b->patch ? -1 : a->patch > b->patch;
+}
+
+static patch_box box_of(const hpr_patches *patches, uint32_t patch)
+{
+    double corner[4][3];
+    size_t count = hpr_patch_corners(patches, patch, corner);
+    patch_box box = {.patch = patch};
+    for (int k = 0; k < 3; k++) {
+        box.low[k] = box.high[k] = corner[0][k];
+        for (size_t i = 1; i < count; i++) {
+            box.low[k] = fmin(box.low[k], corner[i][k]);
+            box.high[k] = fmax(box.high[k], corner[i][k]);
+        }
+    }
+    return box;
+}
+
+static hpr_status make_boxes(search *s)
+{
+    const hpr_patches *patches = s->coverage->patches;
+    hpr_status status =
+        hpr_allocate_into(s->coverage->context, &s->box, patches->count, sizeof *s->box, "covered elements");
+    for (uint32_t i = 0; status == HPR_OK && i < patches->count; i++) {
+        s->box[i] = box_of(patches, i);
+        s->widest = fmax(s->widest, s->box[i].high[0] - s->box[i].low[0]);
+    }
+    if (status == HPR_OK)
+        qsort(s->box, patches->count, sizeof *s->box, compare_boxes);
+    return status;
+}
+
+static bool boxes_meet(const patch_box *a, const patch_box *b, double slack)
+{
+    bool apart = false;
+    for (int k = 0; k < 3; k++)
+        apart |= a->low[k] > b->high[k] + slack || b->low[k] > a->high[k] + slack;
+    return !apart;
+}
+
+/* The first box that begins at x or after it. */
+static size_t first_from(const search *s, double x)
+{
+    size_t low = 0, high = s->coverage->patches->count;
+    while (low < high) {
+        size_t middle = (low + high) / 2;
+        if (s->box[middle].low[0] < x)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
 /* Feet that cut the patch are kept. */
 static hpr_status find_feet(search *s)
 {
     const hpr_patches *patches = s->coverage->patches;
-    double low[3], high[3], corner[4][3];
     bool triangle = patches->shape[s->patch] == HPR_SHAPE_TRIANGLE;
     double size = sqrt(patches->area_m2[s->patch]);
-    size_t count = hpr_patch_corners(patches, s->patch, corner);
-    for (int k = 0; k < 3; k++) {
-        low[k] = high[k] = corner[0][k];
-        for (size_t i = 1; i < count; i++) {
-            low[k] = fmin(low[k], corner[i][k]);
-            high[k] = fmax(high[k], corner[i][k]);
-        }
-    }
+    patch_box own = box_of(patches, s->patch);
     hpr_status status = HPR_OK;
     s->foot_count = 0;
     s->faced = false;
-    for (uint32_t other = 0; other < patches->count && status == HPR_OK; other++) {
-        if (other == s->patch || other == patches->twin[s->patch])
-            continue;
-        bool apart = false;
-        size_t corners = hpr_patch_corners(patches, other, corner);
-        for (int k = 0; k < 3 && !apart; k++) {
-            double least = INFINITY, most = -INFINITY;
-            for (size_t i = 0; i < corners; i++) {
-                least = fmin(least, corner[i][k]);
-                most = fmax(most, corner[i][k]);
-            }
-            apart = least > high[k] + s->slack || most < low[k] - s->slack;
-        }
-        if (!apart)
+    for (size_t i = first_from(s, own.low[0] - s->widest - s->slack);
+         i < patches->count && s->box[i].low[0] <= own.high[0] + s->slack && status == HPR_OK; i++) {
+        uint32_t other = s->box[i].patch;
+        if (other != s->patch && other != patches->twin[s->patch] && boxes_meet(&own, &s->box[i], s->slack))
             status = add_feet(s, other);
     }
     size_t kept = 0;
@@ -176,7 +227,7 @@ static bool lies_against(const search *s, const double point[3])
 {
     const hpr_patches *patches = s->coverage->patches;
     const double *normal = patches->normal + 3 * (size_t)s->patch;
-    for (size_t i = 0; i < patches->count; i++) {
+    for (size_t i = 0; s->faced && i < patches->count; i++) {
         double offset[3], u, v;
         if (i == s->patch || i == patches->twin[s->patch] ||
             hpr_dot3(normal, patches->normal + 3 * i) > -0.999)
@@ -338,6 +389,18 @@ static hpr_status trim_leaf(search *s, size_t leaf)
     return covered ? keep_trim(s, leaf, &t) : HPR_OK;
 }
 
+/* What only scenes with feet need. */
+static hpr_status prepare(search *s)
+{
+    hpr_context *ctx = s->coverage->context;
+    hpr_status status = hpr_visibility_create(s->coverage->patches, &s->visibility);
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &s->gauss, 1, sizeof *s->gauss, "covered elements");
+    if (status == HPR_OK)
+        hpr_gauss_table_init(s->gauss);
+    return status;
+}
+
 static hpr_status trim_all(search *s)
 {
     const hpr_elements *e = s->coverage->elements;
@@ -346,6 +409,8 @@ static hpr_status trim_all(search *s)
         status = find_feet(s);
         if (status != HPR_OK || (s->foot_count == 0 && !s->faced))
             continue;
+        if (!s->gauss)
+            status = prepare(s);
         for (size_t leaf = e->patch_leaf[s->patch]; status == HPR_OK && leaf < e->patch_leaf[s->patch + 1];
              leaf++)
             status = trim_leaf(s, leaf);
@@ -357,7 +422,6 @@ hpr_status hpr_coverage_create(const hpr_patches *patches, const hpr_elements *e
 {
     hpr_context *ctx = patches->context;
     hpr_coverage *coverage = NULL;
-    hpr_visibility *visibility = NULL;
     double centre[3];
     search s = {.slack = fmax(patches->weld_m, 1e-9 * hpr_patches_radius(patches, centre))};
     *out = NULL;
@@ -369,19 +433,17 @@ hpr_status hpr_coverage_create(const hpr_patches *patches, const hpr_elements *e
     status = hpr_allocate_into(ctx, &coverage->trim_of_leaf, elements->leaf_count,
                                sizeof *coverage->trim_of_leaf, "covered elements");
     if (status == HPR_OK)
-        status = hpr_visibility_create(patches, &visibility);
-    if (status == HPR_OK)
-        status = hpr_allocate_into(ctx, &s.gauss, 1, sizeof *s.gauss, "covered elements");
+        status = make_boxes(&s);
     if (status == HPR_OK) {
-        hpr_gauss_table_init(s.gauss);
         for (size_t i = 0; i < elements->leaf_count; i++)
             coverage->trim_of_leaf[i] = HPR_NONE;
-        s.visibility = visibility;
-        status = trim_all(&s);
+        if (patches->count <= MAX_PATCHES)
+            status = trim_all(&s);
     }
-    hpr_visibility_destroy(&visibility);
-    hpr_release(ctx, s.gauss);
-    hpr_release(ctx, s.feet);
+    hpr_visibility_destroy(&s.visibility);
+    void *arrays[] = {s.gauss, s.feet, s.box};
+    for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
+        hpr_release(ctx, arrays[i]);
     if (status != HPR_OK)
         hpr_coverage_destroy(&coverage);
     *out = coverage;

@@ -10,6 +10,7 @@
 /* Working memory of one thread, and what it counted. */
 typedef struct worker {
     hpr_block_scratch *scratch;
+    hpr_views_cursor *cursor;
     uint32_t *blocker; /* [occluder_count] */
     double *block;     /* [HPR_MAX_BASIS]^2 */
     hpr_pairs_done done;
@@ -60,7 +61,7 @@ static bool integrate_pair(const assembly *a, worker *w, size_t p, size_t q)
                            .visibility = a->visibility,
                            .blockers = w->blocker,
                            .clip = true};
-    if (hpr_views_classify(a->views, p, q, w->blocker, &task.blocker_count) == HPR_SEES_NOTHING)
+    if (hpr_views_classify(a->views, w->cursor, p, q, w->blocker, &task.blocker_count) == HPR_SEES_NOTHING)
         return false;
     hpr_block_result result = hpr_block_ref(a->quadrature, &task, w->block, w->scratch);
     w->kernel_count += result.kernel_count;
@@ -70,7 +71,7 @@ static bool integrate_pair(const assembly *a, worker *w, size_t p, size_t q)
         return false;
     w->done.pair_count++;
     w->done.blocked_count += task.blocker_count > 0;
-    w->done.short_count += result.status != HPR_BLOCK_WITHIN;
+    w->done.short_count += result.status == HPR_BLOCK_SHORT;
     return true;
 }
 
@@ -151,6 +152,8 @@ static hpr_status make_workers(assembly *a)
         worker *w = &a->workers[t];
         status = hpr_block_scratch_create(a->context, &w->scratch);
         if (status == HPR_OK)
+            status = hpr_views_cursor_create(a->views, &w->cursor);
+        if (status == HPR_OK)
             status = hpr_allocate_into(a->context, &w->blocker, occluders, sizeof *w->blocker,
                                        "quadrature scratch");
         if (status == HPR_OK)
@@ -170,6 +173,7 @@ static void close_workers(assembly *a, hpr_pairs_done *done)
         hpr_count(a->context, HPR_COUNT_RAYS, w->ray_count);
         hpr_count(a->context, HPR_COUNT_CLIPS, w->clip_count);
         hpr_block_scratch_destroy(&w->scratch);
+        hpr_views_cursor_destroy(&w->cursor);
         hpr_release(a->context, w->blocker);
         hpr_release(a->context, w->block);
     }

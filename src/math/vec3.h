@@ -8,6 +8,17 @@ typedef struct hpr_vec3 {
     double x, y, z;
 } hpr_vec3;
 
+/* Unlike fmin and fmax no calls of the C library; for numbers that are not NaN. */
+static inline double hpr_min(double a, double b)
+{
+    return b < a ? b : a;
+}
+
+static inline double hpr_max(double a, double b)
+{
+    return b > a ? b : a;
+}
+
 static inline hpr_vec3 hpr_vec3_load(const double *p)
 {
     return (hpr_vec3){p[0], p[1], p[2]};

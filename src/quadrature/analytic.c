@@ -13,8 +13,8 @@ static double at_corner(hpr_vec3 from, hpr_vec3 along, double square, hpr_vec3 c
     return hpr_ellipse(hpr_dot(offset, along) / square, hpr_length(hpr_cross(offset, along)) / square);
 }
 
-/* Where the segment's line comes nearest to the line of an edge. Beyond the edge's ends nothing is singular on
- * the sheet that counts: there the two arcs of the integral along the edge cancel. */
+/* Where the segment's line comes nearest to the line of an edge. Beyond the edge's ends nothing is singular
+ * on the sheet that counts: there the two arcs of the integral along the edge cancel. */
 static double at_line(hpr_vec3 from, hpr_vec3 along, hpr_vec3 a, hpr_vec3 b)
 {
     static const double parallel = 1e-24;

@@ -41,16 +41,19 @@ typedef struct hpr_block_task {
 } hpr_block_task;
 
 typedef enum hpr_block_status {
-    HPR_BLOCK_WITHIN, /* the estimated error is within the tolerance */
-    HPR_BLOCK_SHORT,  /* it is not */
-    HPR_BLOCK_SAMPLED /* visibility was sampled: the error is a guess */
+    HPR_BLOCK_WITHIN,  /* the estimated error is within the tolerance */
+    HPR_BLOCK_ROUNDED, /* that of the quadrature is; but what rounding may do to the coordinates exceeds it */
+    HPR_BLOCK_SHORT,   /* that of the quadrature is not */
+    HPR_BLOCK_SAMPLED  /* visibility was sampled: the error is a guess */
 } hpr_block_status;
 
 typedef struct hpr_block_result {
     bool seen; /* false: the block is zero because neither sees the other */
     hpr_block_status status;
-    /* Estimated, absolute, of the entries of the (dimensionless) block. Of random pairs, less than one in a
-     * hundred errs by more; most err by a hundredth or a thousandth of it. */
+    /* Estimated, absolute, of the entries of the (dimensionless) block, rounding of the coordinates included.
+     * Of random pairs, less than one in a hundred errs by more; most err by a hundredth or a thousandth of
+     * it.
+     */
     double error;
     uint64_t kernel_count, ray_count, clip_count;
 } hpr_block_result;

@@ -7,6 +7,7 @@
  * until the integrals of the constant and of the two linear functions are resolved.
  */
 #include "quadrature/cuts.h"
+#include "quadrature/events.h"
 #include "quadrature/rule.h"
 
 #include <string.h>
@@ -31,42 +32,6 @@ typedef struct clipped {
 typedef struct moments {
     double of[MOMENTS]; /* 1, 2s-1, 2t-1 */
 } moments;
-
-/* The line in which the outer plane is cut by the plane through q with this normal. */
-static void cut_by_plane(const clipped *c, hpr_cuts *pieces, hpr_vec3 q, hpr_vec3 normal)
-{
-    hpr_affine f = {hpr_dot(normal, hpr_sub(c->outer->origin, q)), hpr_dot(normal, c->outer->edge1),
-                    hpr_dot(normal, c->outer->edge2)};
-    hpr_cuts_along(pieces, &f);
-}
-
-static void cut_by_views(const clipped *c, hpr_cuts *pieces, const hpr_convex *edges,
-                         const hpr_convex *corners)
-{
-    for (int i = 0; i < edges->count; i++) {
-        hpr_vec3 from = edges->corner[i], along = hpr_sub(edges->corner[(i + 1) % edges->count], from);
-        for (int k = 0; k < corners->count; k++)
-            cut_by_plane(c, pieces, from, hpr_cross(along, hpr_sub(corners->corner[k], from)));
-    }
-}
-
-/* Along the projections of the inner polygon's edges, where the integral varies fast if they are near, and
- * along the event lines. */
-static void cut(const clipped *c, hpr_cuts *pieces)
-{
-    for (int i = 0; i < c->outline.count; i++) {
-        hpr_vec3 from = c->outline.corner[i], to = c->outline.corner[(i + 1) % c->outline.count];
-        cut_by_plane(c, pieces, from, hpr_cross(hpr_sub(to, from), c->outer->normal));
-    }
-    for (int b = 0; b < c->pair->blocker_count; b++) {
-        const hpr_convex *blocker = &c->pair->blocker[b];
-        cut_by_views(c, pieces, blocker, &c->outline);
-        cut_by_views(c, pieces, &c->outline, blocker);
-        cut_by_plane(c, pieces, blocker->corner[0],
-                     hpr_cross(hpr_sub(blocker->corner[1], blocker->corner[0]),
-                               hpr_sub(blocker->corner[2], blocker->corner[0])));
-    }
-}
 
 static moments box_moments(clipped *c, const hpr_cell *cell, const hpr_box *box)
 {
@@ -124,7 +89,7 @@ static void set_rule(clipped *c, bool recv_is_outer, const hpr_polygon *inner, d
 {
     static const double loose = 1e-4, medium = 1e-7;
     c->nodes = tolerance >= loose ? 3 : tolerance >= medium ? 5 : 8;
-    int nodes = c->nodes + (hpr_total_degree(c->outer) + 1) / 2;
+    int nodes = c->nodes + hpr_polynomial_nodes(hpr_total_degree(c->outer), tolerance);
     nodes = nodes < HPR_NODES_MAX ? nodes : HPR_NODES_MAX;
     c->rule = (hpr_rule){.kind = HPR_RULE_CLIPPED,
                          .recv_is_outer = recv_is_outer,
@@ -156,7 +121,7 @@ hpr_clipped_outcome hpr_clipped_choose(const hpr_gauss_table *gauss, const hpr_p
 {
     /* Errors of the boxes have either sign, most are far below their share. */
     static const double box_share = 0.02, tight = 1e-4, rounding = 1e-15;
-    enum { MAX_CUTTING_BLOCKERS = 4 };
+    enum { MAX_CUTTING_LINES = 24 };
     const hpr_box whole_box = hpr_box_unit();
     bool recv_is_outer = outer_is_recv(pair, recv, send);
     const hpr_polygon *outer = recv_is_outer ? recv : send, *inner = recv_is_outer ? send : recv;
@@ -173,9 +138,12 @@ hpr_clipped_outcome hpr_clipped_choose(const hpr_gauss_table *gauss, const hpr_p
         c.outline.corner[i] = hpr_frame_point(c.inner, inner->corner[i][0], inner->corner[i][1]);
     hpr_cuts pieces;
     hpr_cuts_init(&pieces, outer);
-    bool cutting = demand->tolerance < tight && pair->blocker_count <= MAX_CUTTING_BLOCKERS;
-    if (cutting)
-        cut(&c, &pieces);
+    if (demand->tolerance < tight) {
+        hpr_events events;
+        hpr_events_find(pair, c.outer, outer, &c.outline, c.inner->normal, &events);
+        for (int i = 0; i < events.count && events.count <= MAX_CUTTING_LINES; i++)
+            hpr_cuts_along(&pieces, &events.line[i]);
+    }
     moments whole[HPR_MAX_CUTS][HPR_POLYGON_MAX];
     double total = 0;
     hpr_cell cell[HPR_POLYGON_MAX];

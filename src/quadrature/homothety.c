@@ -86,8 +86,8 @@ static hpr_convergence convergence(const chooser *c, const hpr_nested *rule, con
         hpr_vec3 middle = hpr_scale(hpr_add(a, b), 0.5);
         for (int i = 0; i < count; i++)
             outline[i] = hpr_sub(outline[i], middle);
-        con.strength =
-            hpr_polygon_strength(hpr_lambert_above(outer->frame->normal, outline, (size_t)count).cancellation);
+        con.strength = hpr_polygon_strength(
+            hpr_lambert_above(outer->frame->normal, outline, (size_t)count).cancellation);
     }
     return con;
 }
@@ -145,7 +145,8 @@ static void by_edges(chooser *c, int outer)
 {
     const side *side = &c->side[outer];
     for (int i = 0; i < side->polygon->count; i++) {
-        const double *a = side->polygon->corner[i], *b = side->polygon->corner[(i + 1) % side->polygon->count];
+        const double *a = side->polygon->corner[i],
+                     *b = side->polygon->corner[(i + 1) % side->polygon->count];
         double width = from_centre(a, b, side->centre[0]);
         if (width == 0)
             continue;
@@ -196,8 +197,7 @@ static void extent_along(const hpr_element_frame *frame, const hpr_polygon *poly
     extent[0] = INFINITY;
     extent[1] = -INFINITY;
     for (int i = 0; i < polygon->count; i++) {
-        double at =
-            hpr_dot(direction, hpr_frame_point(frame, polygon->corner[i][0], polygon->corner[i][1]));
+        double at = hpr_dot(direction, hpr_frame_point(frame, polygon->corner[i][0], polygon->corner[i][1]));
         extent[0] = fmin(extent[0], at);
         extent[1] = fmax(extent[1], at);
     }
@@ -247,7 +247,8 @@ static void add_rule(void *user, const hpr_rule *rule)
 }
 
 /* By how much the terms cancel where the polynomials are constants. */
-static double cancels(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_homothety *h, hpr_group *group)
+static double cancels(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_homothety *h,
+                      hpr_group *group)
 {
     static const double tolerance = 1e-3;
     hpr_pair constants = *pair;
@@ -257,8 +258,8 @@ static double cancels(const hpr_gauss_table *gauss, const hpr_pair *pair, const 
     return c.size / fabs(c.sum);
 }
 
-hpr_homothety hpr_homothety_apart(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_contact *contact,
-                                  hpr_group *group, double *condition)
+hpr_homothety hpr_homothety_apart(const hpr_gauss_table *gauss, const hpr_pair *pair,
+                                  const hpr_contact *contact, hpr_group *group, double *condition)
 {
     static const double parallel = 1e-6;
     hpr_homothety h = {contact->recv_front, contact->send_front, false, 1, {{{0}, {0}}}};
@@ -279,8 +280,10 @@ hpr_homothety hpr_homothety_apart(const hpr_gauss_table *gauss, const hpr_pair *
     return h;
 }
 
-/* C_lm of a one-dimensional basis: p_l(c + lambda (s - c)) = sum_m C_lm p_m(s), both orthonormal on [0, 1]. */
-static void scale_tensor(const hpr_gauss_table *gauss, int degree, double centre, double lambda, double *matrix)
+/* C_lm of a one-dimensional basis: p_l(c + lambda (s - c)) = sum_m C_lm p_m(s), both orthonormal on [0, 1].
+ */
+static void scale_tensor(const hpr_gauss_table *gauss, int degree, double centre, double lambda,
+                         double *matrix)
 {
     size_t n = (size_t)degree + 1;
     const hpr_gauss_rule *rule = &gauss->legendre[n];
@@ -356,11 +359,12 @@ static void add_transposed(size_t rows, size_t inner, size_t columns, double fac
     }
 }
 
-void hpr_homothety_apply(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_centre *centre, int power,
-                         const double *inside, double *block, double *scratch)
+void hpr_homothety_apply(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_centre *centre,
+                         int power, const double *inside, double *block, double *scratch)
 {
     size_t rows = hpr_basis_count(pair->recv.shape, pair->recv.degree);
-    size_t columns = hpr_basis_count(pair->send.shape, pair->send.degree), room = (size_t)HPR_MAX_BASIS * HPR_MAX_BASIS;
+    size_t columns = hpr_basis_count(pair->send.shape, pair->send.degree),
+           room = (size_t)HPR_MAX_BASIS * HPR_MAX_BASIS;
     int degree = hpr_total_degree(&pair->recv) + hpr_total_degree(&pair->send) + power;
     const hpr_gauss_rule *rule = &gauss->legendre[degree / 2 + 1];
     double *left = scratch, *right = left + room, *half = right + room;

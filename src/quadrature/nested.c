@@ -2,11 +2,11 @@
  * The rule for pairs that nearly touch in planes that nearly agree, and for polynomials where pairs nearly
  * touch anyhow: an outer integral over one polygon of the inner integral over the other. As a function of the
  * outer point the inner integral is analytic but near the inner polygon's edges (analytic.h). So the outer
- * polygon is cut along their projections, each piece falls into triangles with one of its sides as base, these
- * into trapezia across the base where a corner of the inner polygon is near it, and trapezia are halved until
- * Gauss resolves them: sides of all of them run along or across the edge that matters, and their number grows
- * like the square of the logarithm of the distance. Source: the idea of an outer integral over the exact inner
- * one as in Schroder & Hanrahan 1993, sec. 5, and Walton 2002 (View3D), with polynomials.
+ * polygon is cut along their projections, each piece falls into triangles with one of its sides as base,
+ * these into trapezia across the base where a corner of the inner polygon is near it, and trapezia are halved
+ * until Gauss resolves them: sides of all of them run along or across the edge that matters, and their number
+ * grows like the square of the logarithm of the distance. Source: the idea of an outer integral over the
+ * exact inner one as in Schroder & Hanrahan 1993, sec. 5, and Walton 2002 (View3D), with polynomials.
  */
 #include "direct/lambert.h"
 #include "quadrature/analytic.h"
@@ -23,7 +23,7 @@ typedef struct nested {
     const hpr_element_frame *outer, *inner;
     int count; /* corners of the inner polygon */
     hpr_vec3 outline[HPR_POLYGON_MAX];
-    hpr_rule rule; /* all but the outer set */
+    hpr_rule rule;           /* all but the outer set */
     double tolerance, total; /* of the whole, in outer parameters */
     int cap;
     int rule_count;
@@ -151,7 +151,7 @@ static void halve(const quad *q, int axis, quad half[2])
 
 static void refine(nested *n, const quad *q, int depth)
 {
-    static const double share = 0.02, loosest = 1e-2;
+    static const double share = 0.005, loosest = 1e-2;
     double cancellation, part = contribution(n, q, &cancellation);
     double strength = hpr_polygon_strength(cancellation);
     double tolerance = fmin(loosest, fmax(n->tolerance, share * n->tolerance * n->total / part));
@@ -305,7 +305,8 @@ bool hpr_nested_choose(const hpr_gauss_table *gauss, const hpr_pair *pair, const
                 .count = inner->count,
                 .rule = {.kind = HPR_RULE_NESTED},
                 .tolerance = tolerance,
-                .cap = hpr_kernel_nodes(1, 0.5, tolerance) + (recv_is_outer ? hpr_total_degree(&pair->recv) : hpr_total_degree(&pair->send)) / 2,
+                .cap = hpr_kernel_nodes(1, 0.5, tolerance) +
+                       (recv_is_outer ? hpr_total_degree(&pair->recv) : hpr_total_degree(&pair->send)) / 2,
                 .counting = true,
                 .reached = true,
                 .sink = sink,

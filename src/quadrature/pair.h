@@ -25,7 +25,7 @@ typedef struct hpr_cell {
 } hpr_cell;
 
 /* A convex piece of an element in its parameters, counter-clockwise or not. */
-enum { HPR_POLYGON_MAX = 8 };
+enum { HPR_POLYGON_MAX = 12 };
 
 typedef struct hpr_polygon {
     int count;

@@ -53,3 +53,9 @@ hpr_outer_point hpr_outer_at(const hpr_gauss_table *gauss, const hpr_element_fra
     point.position = hpr_frame_point(outer, point.s, point.t);
     return point;
 }
+
+int hpr_polynomial_nodes(int degree, double tolerance)
+{
+    static const double loose = 1e-3;
+    return tolerance > loose ? (degree + 3) / 4 : (degree + 1) / 2;
+}

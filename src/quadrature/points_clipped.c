@@ -82,7 +82,7 @@ static void add_triangle(fan *f, const hpr_vec3 corner[3], int depth)
         return;
     }
     nodes = nodes < CAP ? nodes : CAP;
-    add_gauss(f, corner, area, nodes + (f->degree + 1) / 2);
+    add_gauss(f, corner, area, nodes + hpr_polynomial_nodes(f->degree, f->tolerance));
 }
 
 /* True, and nothing added, if the point sees all of the outline and that is to be `deferred`. */
@@ -155,7 +155,7 @@ static void add_common(fan *f, const hpr_rule *rule, const hpr_affine *inner_hei
     int count = hpr_cuts_cells(f->inner->shape, &rule->inner, cell);
     for (int c = 0; c < count; c++) {
         bool triangle = cell[c].shape == HPR_SHAPE_TRIANGLE;
-        int n = nodes + ((triangle ? f->degree : f->inner->degree) + 1) / 2;
+        int n = nodes + hpr_polynomial_nodes(triangle ? f->degree : f->inner->degree, f->tolerance);
         f->points->count = 0;
         for (int k = 0; k < n * n; k++) {
             hpr_outer_point y = hpr_outer_at(f->gauss, f->inner, &cell[c], &whole, n, k);

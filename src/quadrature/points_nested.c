@@ -76,7 +76,8 @@ static void set_outer(nest *n, const double place[2], double weight)
     points->weight[0] = weight;
 }
 
-/* True if the closed form serves: then it stands in the outer weight, next to one inner point at distance 1. */
+/* True if the closed form serves: then it stands in the outer weight, next to one inner point at distance 1.
+ */
 static bool closed_form(nest *n, hpr_vec3 x, const double place[2], double weight)
 {
     static const double least = 64, share = 0.01;
@@ -105,8 +106,8 @@ static void at_outer_point(nest *n, int i, int j)
     outer_point(n->polar.gauss, n->rule, i, j, place, &weight);
     const double d[2] = {place[0] - n->rule->outer_origin[0], place[1] - n->rule->outer_origin[1]};
     hpr_vec3 x = hpr_add(n->offset, hpr_frame_vector(n->outer, d));
-    double z = n->rule->joined ? d[0] * n->height.along1 + d[1] * n->height.along2
-                               : hpr_polar_height(&n->polar, x);
+    double z =
+        n->rule->joined ? d[0] * n->height.along1 + d[1] * n->height.along2 : hpr_polar_height(&n->polar, x);
     if (!(z > 0) || closed_form(n, x, place, weight))
         return;
     set_outer(n, place, weight * z);

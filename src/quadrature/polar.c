@@ -26,7 +26,8 @@ static double panel_ellipse(double length)
 
 static int panel_nodes(const hpr_polar *polar, double ellipse, double growth)
 {
-    static const double strength = 4000; /* observed: 99 of 100 points err by less than a tenth of the tolerance */
+    static const double strength =
+        4000; /* observed: 99 of 100 points err by less than a tenth of the tolerance */
     const hpr_convergence c = {ellipse, strength, 1, growth, polar->degree + 2};
     int nodes = hpr_convergence_nodes(&c, polar->tolerance);
     return nodes < HPR_NODES_MAX ? nodes : HPR_NODES_MAX;
@@ -35,7 +36,8 @@ static int panel_nodes(const hpr_polar *polar, double ellipse, double growth)
 /* Growth of a polynomial on [a, b] = d sinh[low, high] to the ellipse around the panel from `begin`. */
 static double panel_growth(double ellipse, double d, double a, double b, double begin, double length)
 {
-    double beyond = length / 2 * ((ellipse + 1 / ellipse) / 2 - 1), high = length / 2 * (ellipse - 1 / ellipse) / 2;
+    double beyond = length / 2 * ((ellipse + 1 / ellipse) / 2 - 1),
+           high = length / 2 * (ellipse - 1 / ellipse) / 2;
     double left = (d * sinh(begin - beyond) - a) / (b - a);
     double right = (d * sinh(begin + length + beyond) - a) / (b - a), middle = begin + length / 2;
     double most = fmax(left < 0 ? hpr_ellipse(left, 0) : 1, right > 1 ? hpr_ellipse(right, 0) : 1);

@@ -24,7 +24,7 @@ typedef struct hpr_polar {
     bool joined;
     hpr_affine height;
     hpr_vec3 outer_normal;
-    double jacobian;                  /* area (segment: length) per weight */
+    double jacobian; /* area (segment: length) per weight */
     double tolerance;
     int degree; /* total, of the polynomials */
     hpr_points *points;
@@ -41,8 +41,8 @@ double hpr_polar_error(const hpr_polygon *inner, double tolerance);
  * known well only there. */
 double hpr_polar_height(const hpr_polar *polar, hpr_vec3 x);
 
-/* Hands over groups whose inner points are all points seen from x (relative to the origin, at height z > 0 over
- * the polygon's plane), their positions relative to x; the other side of the group must be filled. */
+/* Hands over groups whose inner points are all points seen from x (relative to the origin, at height z > 0
+ * over the polygon's plane), their positions relative to x; the other side of the group must be filled. */
 void hpr_polar_points(const hpr_polar *polar, hpr_vec3 x, double z);
 
 #endif

@@ -8,6 +8,7 @@
 
 #include "math/gauss.h"
 #include "quadrature/pair.h"
+#include "quadrature/partial.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -26,8 +27,8 @@ typedef struct hpr_box {
 } hpr_box;
 
 /*
- * An outer integral over a point, a segment or a quadrilateral of one side, of an inner integral over a polygon
- * or a segment of the other.
+ * An outer integral over a point, a segment or a quadrilateral of one side, of an inner integral over a
+ * polygon or a segment of the other.
  */
 typedef struct hpr_nested {
     bool recv_is_outer;
@@ -35,8 +36,8 @@ typedef struct hpr_nested {
     double outer[4][2]; /* its corners in parameters; of a quadrilateral at (u, v) = 00, 10, 11, 01 */
     int nodes[2];       /* along u and v */
     hpr_polygon inner;  /* 2 corners: a segment */
-    double weight;      /* of all points; the measure is that of u, v and the inner parameters or 0 <= t <= 1 */
-    double tolerance;   /* of the inner integral */
+    double weight;    /* of all points; the measure is that of u, v and the inner parameters or 0 <= t <= 1 */
+    double tolerance; /* of the inner integral */
     /* Parameters of the point from which both sides' positions are measured, if it is one (joined); then it
      * lies in both planes. */
     bool joined;
@@ -48,8 +49,7 @@ typedef struct hpr_rule {
     hpr_rule_kind kind;
     double error; /* estimated, relative to what the rule contributes */
     hpr_cell recv, send;
-    int recv_nodes[2],
-        send_nodes[2]; /* product; clipped (its outer side): nodes along each axis */
+    int recv_nodes[2], send_nodes[2]; /* product; clipped (its outer side): nodes along each axis */
     /* vertex, edge: one term of their sums */
     int term;
     int kernel_nodes; /* along the axes on which the kernel varies */
@@ -160,13 +160,14 @@ typedef struct hpr_centre {
 } hpr_centre;
 
 typedef struct hpr_rule_outcome {
-    bool seen;             /* false: neither faces the other, the block is zero */
-    bool stopped_short;    /* the effort was at its limit */
-    double error;          /* estimated, absolute, of the dimensionless block; beside the rules' own */
-    double rounding;       /* relative to what the rules contribute; */
-    double flat, swept;    /* and the lesser of this, relative, and that, absolute */
-    uint64_t clip_count;   /* points for which the choice clipped the other side */
-    int centre_count;      /* homotheties that the sums still have to go through */
+    bool seen;           /* false: neither faces the other, the block is zero */
+    bool stopped_short;  /* the effort was at its limit */
+    double error;        /* estimated, absolute, of the dimensionless block; beside the rules' own */
+    double rounding;     /* relative to what the rules contribute; */
+    double flat, swept;  /* and the lesser of this, relative, and that, absolute */
+    uint64_t clip_count; /* points for which the choice clipped the other side */
+    double exchange_m2;  /* ∫_r ∫_s G V dA dA, as far as no rules were emitted for it: of constants */
+    int centre_count;    /* homotheties that the sums still have to go through */
     hpr_centre centre[2];
 } hpr_rule_outcome;
 
@@ -200,13 +201,24 @@ hpr_clipped_outcome hpr_clipped_choose(const hpr_gauss_table *gauss, const hpr_p
                                        const hpr_polygon *recv, const hpr_polygon *send,
                                        const hpr_clipped_demand *demand, hpr_rule_sink sink, void *user);
 
+/*
+ * Nodes that are added for polynomials of a degree: half of it, so that they are integrated like the kernel;
+ * a quarter where the tolerance is loose, for there the moments against high degrees are small beside it.
+ */
+int hpr_polynomial_nodes(int degree, double tolerance);
+
 /* Total degree of an element's polynomials in its parameters. */
 int hpr_total_degree(const hpr_element_frame *frame);
 
-/* Chooses the rules of a pair and hands each to `sink`. `group` is scratch, not in use by `sink`. Thread-safe
- * with distinct scratch. */
+/* Working memory of a choice, not in use by its sink. */
+typedef struct hpr_rule_scratch {
+    hpr_group group;
+    hpr_partial_cell cell[HPR_PARTIAL_CELLS];
+} hpr_rule_scratch;
+
+/* Chooses the rules of a pair and hands each to `sink`. Thread-safe with distinct scratch. */
 hpr_rule_outcome hpr_rules_choose(const hpr_gauss_table *gauss, const hpr_pair *pair,
-                                  const hpr_rule_demand *demand, hpr_group *group, hpr_rule_sink sink,
-                                  void *user);
+                                  const hpr_rule_demand *demand, hpr_rule_scratch *scratch,
+                                  hpr_rule_sink sink, void *user);
 
 #endif

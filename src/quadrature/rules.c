@@ -15,7 +15,7 @@ typedef struct chooser {
     const hpr_pair *pair;
     const hpr_rule_demand *demand;
     double tolerance; /* relative, with what is negligible taken into account */
-    hpr_group *group;
+    hpr_rule_scratch *scratch;
     hpr_rule_sink sink;
     void *user;
     int kernel_cap; /* product: more nodes than this for the kernel, and the larger cell is halved */
@@ -121,7 +121,8 @@ static bool height_varies(const hpr_affine *height, const hpr_cell *cell)
 static void count_product(void *user, const hpr_rule *rule)
 {
     double *kernels = user;
-    *kernels += (double)(rule->recv_nodes[0] * rule->recv_nodes[1]) * (rule->send_nodes[0] * rule->send_nodes[1]);
+    *kernels +=
+        (double)(rule->recv_nodes[0] * rule->recv_nodes[1]) * (rule->send_nodes[0] * rule->send_nodes[1]);
 }
 
 static void separate(chooser *c, const hpr_cell *recv, const hpr_cell *send, int depth)
@@ -172,7 +173,8 @@ static void touching(chooser *c, hpr_rule rule)
     rule.kernel_nodes = clamp_nodes(c, KERNEL_NODES + (degree + 1) / 2, 1);
     rule.scale_nodes = clamp_nodes(c, (degree + 3) / 2, 1);
     rule.error = c->tolerance;
-    for (rule.term = 0; rule.term < (rule.kind == HPR_RULE_EDGE ? HPR_EDGE_TERMS : HPR_VERTEX_TERMS); rule.term++)
+    for (rule.term = 0; rule.term < (rule.kind == HPR_RULE_EDGE ? HPR_EDGE_TERMS : HPR_VERTEX_TERMS);
+         rule.term++)
         emit(c, &rule);
 }
 
@@ -226,6 +228,16 @@ static void clip_parts(chooser *c, const hpr_polygon *recv, const hpr_polygon *s
     const hpr_clipped_demand demand = {c->demand->tolerance, c->demand->negligible};
     if (recv->count < 3 || send->count < 3)
         return;
+    if (constants(c)) {
+        double scale_m2 = sqrt(c->pair->recv.area_m2 * c->pair->send.area_m2);
+        hpr_partial part = hpr_partial_integrate(c->gauss, c->pair, recv, send, c->demand->tolerance,
+                                                 c->demand->negligible * scale_m2, c->scratch->cell);
+        c->outcome.exchange_m2 += part.exchange_m2;
+        c->outcome.stopped_short |= !part.complete;
+        c->outcome.error += part.error_m2 / scale_m2;
+        c->outcome.clip_count += part.clip_count;
+        return;
+    }
     hpr_clipped_outcome outcome =
         hpr_clipped_choose(c->gauss, c->pair, recv, send, &demand, c->sink, c->user);
     c->outcome.stopped_short |= !outcome.complete;
@@ -262,7 +274,7 @@ static void near_or_far(chooser *c, const hpr_contact *contact)
     double cheap = constants(c) ? 1e5 : 2e6, dear = constants(c) ? 5e5 : 3e7, condition;
     double cost = product_cost(c, contact, dear);
     if (cost > cheap && c->outcome.flat < c->tolerance) {
-        hpr_homothety apart = hpr_homothety_apart(c->gauss, c->pair, contact, c->group, &condition);
+        hpr_homothety apart = hpr_homothety_apart(c->gauss, c->pair, contact, &c->scratch->group, &condition);
         if (condition * loss < c->tolerance) {
             reduce(c, &apart, fmax(c->tolerance / condition, rounding));
             return;
@@ -282,7 +294,8 @@ static double longest_edge(const hpr_element_frame *frame)
 
 /* What rounding does to the heights of one side's front over the other's plane, relative to the largest. */
 static double height_rounding(const hpr_element_frame *frame, const hpr_element_frame *other,
-                              const hpr_affine *height, const hpr_polygon *front, double distance, double offset)
+                              const hpr_affine *height, const hpr_polygon *front, double distance,
+                              double offset)
 {
     double highest = 0, size = longest_edge(frame), base = longest_edge(other);
     for (int i = 0; i < front->count; i++)
@@ -293,8 +306,8 @@ static double height_rounding(const hpr_element_frame *frame, const hpr_element_
 }
 
 /*
- * What rounding of the coordinates does, as if the elements were moved by that: the heights change, which counts
- * relative to them where the pair is seen flat; but no flux changes by more than what the edges sweep.
+ * What rounding of the coordinates does, as if the elements were moved by that: the heights change, which
+ * counts relative to them where the pair is seen flat; but no flux changes by more than what the edges sweep.
  */
 static void set_rounding(chooser *c, const hpr_contact *contact)
 {
@@ -390,11 +403,12 @@ static double tolerance_of(const hpr_pair *pair, const hpr_cell *recv, const hpr
 }
 
 hpr_rule_outcome hpr_rules_choose(const hpr_gauss_table *gauss, const hpr_pair *pair,
-                                  const hpr_rule_demand *demand, hpr_group *group, hpr_rule_sink sink,
-                                  void *user)
+                                  const hpr_rule_demand *demand, hpr_rule_scratch *scratch,
+                                  hpr_rule_sink sink, void *user)
 {
     static const double share = 0.5; /* a rule errs along several axes */
-    chooser c = {.gauss = gauss, .pair = pair, .demand = demand, .group = group, .sink = sink, .user = user};
+    chooser c = {
+        .gauss = gauss, .pair = pair, .demand = demand, .scratch = scratch, .sink = sink, .user = user};
     hpr_cell recv = hpr_cell_whole(pair->recv.shape), send = hpr_cell_whole(pair->send.shape);
     c.tolerance = share * tolerance_of(pair, &recv, &send, demand);
     /* Cells about as large as their distance cost least at low degree; at high degree the polynomials' own

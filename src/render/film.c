@@ -23,13 +23,15 @@ static hpr_status choose_size(hpr_context *ctx, const hpr_camera *camera, const 
 }
 
 hpr_status hpr_film_open(hpr_context *ctx, const hpr_camera *camera, const hpr_render_options *options,
-                         size_t channel_count, bool variance, hpr_image *image)
+                         size_t channel_count, const double *environment, bool variance, hpr_image *image)
 {
     hpr_status status = choose_size(ctx, camera, options, image);
     if (status != HPR_OK)
         return status;
     size_t pixels = (size_t)image->width * (size_t)image->height, bytes = channel_count * sizeof(float);
     image->channel_count = channel_count;
+    for (size_t c = 0; environment && c < channel_count; c++)
+        image->environment |= environment[c] > 0;
     status = hpr_allocate_into(ctx, &image->radiance, pixels, bytes, "a picture");
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &image->coverage, pixels, sizeof(float), "a picture");

@@ -12,6 +12,6 @@
  * if a side is not 1 to 32768, HPR_ERR_MEMORY; the caller calls hpr_image_fini in any case.
  */
 hpr_status hpr_film_open(hpr_context *ctx, const hpr_camera *camera, const hpr_render_options *options,
-                         size_t channel_count, bool variance, hpr_image *image);
+                         size_t channel_count, const double *environment, bool variance, hpr_image *image);
 
 #endif

@@ -52,8 +52,11 @@ static void render_pixel(const view *v, hpr_image *image, size_t row, size_t col
                                ((double)row + y) / image->height, &ray);
         hpr_hit hit =
             hpr_visibility_first_hit(v->visibility, ray.origin, ray.direction, ray.near, ray.far, true, NULL);
-        if (hit.patch == HPR_NONE)
+        if (hit.patch == HPR_NONE) {
+            for (size_t c = 0; c < n && v->solution->environment; c++)
+                sum[c] += v->solution->environment[c];
             continue;
+        }
         covered++;
         add_radiance(v, &hit, irradiance, sum);
     }
@@ -128,7 +131,8 @@ hpr_status hpr_solution_render(hpr_context *ctx, const hpr_solution *solution, s
         return hpr_fail(ctx, HPR_ERR_ARG, "%d samples per pixel: must be 1 to %d", options->samples,
                         MAX_SAMPLES);
     const hpr_camera *view_from = &solution->camera[camera];
-    hpr_status status = hpr_film_open(ctx, view_from, options, solution->channel_count, false, image);
+    hpr_status status =
+        hpr_film_open(ctx, view_from, options, solution->channel_count, solution->environment, false, image);
     if (status == HPR_OK) {
         hpr_stage_begin(ctx, "render");
         status = render_image(ctx, solution, view_from, options->samples, image);

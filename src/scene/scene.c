@@ -29,7 +29,9 @@ hpr_status hpr_scene_create(hpr_context *ctx, const char *path, size_t channel_c
         status = hpr_fail(ctx, HPR_ERR_MEMORY, "out of memory: a scene's path");
         goto done;
     }
-    status = hpr_allocate_into(ctx, &scene->channel_name, channel_count, sizeof(char *), "channel names");
+    status = hpr_allocate_into(ctx, &scene->environment, channel_count, sizeof(double), "a scene");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &scene->channel_name, channel_count, sizeof(char *), "channel names");
     for (size_t c = 0; status == HPR_OK && c < channel_count; c++) {
         scene->channel_name[c] = hpr_duplicate_text(ctx, channel_name ? channel_name[c] : rgb[c]);
         if (!scene->channel_name[c])
@@ -58,6 +60,7 @@ void hpr_scene_destroy(hpr_scene **out)
         hpr_release(ctx, scene->camera[i].name);
     void *arrays[] = {scene->path,
                       scene->channel_name,
+                      scene->environment,
                       scene->material,
                       scene->position,
                       scene->material_reflectance,
@@ -289,6 +292,25 @@ static bool limit_channels(double *rho, size_t channel_count, double limit)
     for (size_t c = 0; c < channel_count; c++)
         rho[c] = fmin(rho[c] * (limit / largest), limit); /* the product may round up */
     return true;
+}
+
+hpr_status hpr_scene_set_environment(hpr_scene *scene, size_t count, const double *radiance)
+{
+    hpr_context *ctx = scene->context;
+    hpr_context_clear_error(ctx);
+    if (count != 1 && count != scene->channel_count)
+        return hpr_fail(
+            ctx, HPR_ERR_ARG,
+            "%s: %zu radiances from outside: expected one for all channels or one for each of %zu",
+            scene->path, count, scene->channel_count);
+    for (size_t i = 0; i < count; i++) {
+        if (!(radiance[i] >= 0) || !isfinite(radiance[i]))
+            return hpr_fail(ctx, HPR_ERR_ARG, "%s: the radiance from outside is %g, not finite and >= 0",
+                            scene->path, radiance[i]);
+    }
+    for (size_t c = 0; c < scene->channel_count; c++)
+        scene->environment[c] = radiance[count == 1 ? 0 : c];
+    return HPR_OK;
 }
 
 hpr_status hpr_scene_limit_reflectance(hpr_scene *scene, double limit)

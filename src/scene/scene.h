@@ -51,6 +51,7 @@ struct hpr_scene {
     char *path; /* of the file it came from, "" if none */
     size_t channel_count;
     char **channel_name; /* [channel_count] */
+    double *environment; /* [channel_count] radiance from outside, W/m2/sr */
 
     size_t material_count, material_capacity;
     hpr_material *material;

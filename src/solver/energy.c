@@ -37,33 +37,6 @@ typedef struct fractions {
     double back, out;
 } fractions;
 
-static void facet_of(const hpr_patches *patches, size_t patch, double sign, hpr_facet *facet)
-{
-    facet->corner_count = hpr_patch_corners(patches, patch, facet->corner);
-    for (int k = 0; k < 3; k++)
-        facet->normal[k] = sign * patches->normal[3 * patch + k];
-}
-
-/* Backs count as well as fronts: both receive. */
-static bool may_be_shaded(const energy *e, size_t patch)
-{
-    if (e->patches->count > MAX_LAMBERT_PATCHES)
-        return true;
-    hpr_facet own, other;
-    facet_of(e->patches, patch, 1, &own);
-    for (size_t j = 0; j < e->patches->count; j++) {
-        for (int sign = -1; sign <= 1; sign += 2) {
-            size_t count = 0;
-            facet_of(e->patches, j, sign, &other);
-            if (j != patch && j != e->patches->twin[patch] &&
-                hpr_visibility_classify(e->visibility, &own, &other, NULL, 0, NULL, &count) ==
-                    HPR_SEES_PARTLY)
-                return true;
-        }
-    }
-    return false;
-}
-
 /* Exact, where nothing shades: every other patch is seen from its front or from its back. */
 static fractions lambert_fractions(const energy *e, size_t patch, const double point[3])
 {
@@ -281,9 +254,10 @@ static void lose_from_leaf(const energy *e, size_t leaf)
     }
 }
 
-/* What needs no visibility: emitted and absorbed. */
-static void sum_local_terms(energy *e)
+/* What needs no visibility any more: emitted, from outside and absorbed. */
+static void sum_local_terms(energy *e, const double *outside)
 {
+    static const double pi = 3.14159265358979323846;
     hpr_solution *solution = e->solution;
     size_t n = e->channels;
     memset(solution->energy, 0, n * sizeof *solution->energy);
@@ -294,6 +268,8 @@ static void sum_local_terms(energy *e)
             double h = hpr_coverage_mean(e->coverage, leaf,
                                          solution->irradiance + n * e->elements->dof[leaf] + c, n);
             solution->energy[c].emitted += e->patches->exitance[n * patch + c] * area;
+            solution->energy[c].environment +=
+                pi * solution->environment[c] * outside[e->elements->dof[leaf]] * sqrt(area);
             solution->energy[c].absorbed += (1 - e->patches->reflectance[n * patch + c]) * h * sqrt(area);
         }
     }
@@ -313,17 +289,17 @@ static hpr_status prepare(energy *e)
     if (status != HPR_OK)
         return status;
     hpr_gauss_table_init(e->gauss);
-    double emitted = 0;
+    double come_in = 0;
     for (size_t c = 0; c < e->channels; c++)
-        emitted = fmax(emitted, e->solution->energy[c].emitted);
-    e->tolerance = 1e-11 * emitted / (double)(leaves ? leaves : 1);
+        come_in = fmax(come_in, e->solution->energy[c].emitted + e->solution->energy[c].environment);
+    e->tolerance = 1e-11 * come_in / (double)(leaves ? leaves : 1);
     e->side = 4;
     while (e->side < 32 && 4 * leaves * (size_t)(e->side * e->side) < RAYS)
         e->side *= 2;
     return HPR_OK;
 }
 
-hpr_status hpr_energy_compute(hpr_solution *solution, const hpr_coverage *coverage)
+hpr_status hpr_energy_compute(hpr_solution *solution, const hpr_coverage *coverage, const double *outside)
 {
     hpr_context *ctx = solution->context;
     energy e = {.solution = solution,
@@ -332,13 +308,13 @@ hpr_status hpr_energy_compute(hpr_solution *solution, const hpr_coverage *covera
                 .elements = solution->elements,
                 .channels = solution->channel_count};
     size_t n = e.channels;
-    sum_local_terms(&e);
+    sum_local_terms(&e, outside);
     hpr_status status = prepare(&e);
     if (status != HPR_OK)
         goto done;
 #pragma omp parallel for schedule(dynamic, 1) num_threads(hpr_context_threads(ctx))
     for (size_t i = 0; i < e.patches->count; i++)
-        e.shaded[i] = may_be_shaded(&e, i);
+        e.shaded[i] = e.patches->count > MAX_LAMBERT_PATCHES || !hpr_visibility_unobstructed(e.visibility, i);
 #pragma omp parallel for schedule(dynamic, 1) num_threads(hpr_context_threads(ctx))
     for (size_t leaf = 0; leaf < e.elements->leaf_count; leaf++) {
         if (!hpr_cancelled(ctx))

@@ -6,14 +6,15 @@
 #include "solver/solution.h"
 
 /*
- * Fills solution->energy.
- *   emitted = ∫ M dA, absorbed = ∫ (1 - rho) H dA,
+ * Fills solution->energy. outside: [dofs] the moments of V, the open part of the view; zero if nothing comes
+ * from outside.
+ *   emitted = ∫ M dA, environment = ∫ pi L V dA, absorbed = ∫ (1 - rho) H dA,
  *   lost_on_backs = ∫ B(y) f_back(y) dA, escaped = ∫ B(y) f_out(y) dA,
  * f_back the part of the light leaving y that meets the back of a single-sided patch, f_out the part that
  * meets nothing. From patches that nothing can shade, f is exact (Lambert's formula) and the integral
- * adaptive, 1e-11 of what is emitted; from the others f is sampled by stratified rays. Errors:
+ * adaptive, 1e-11 of what comes in; from the others f is sampled by stratified rays. Errors:
  * HPR_ERR_MEMORY, HPR_ERR_DEVICE, HPR_ERR_INTERRUPTED.
  */
-hpr_status hpr_energy_compute(hpr_solution *solution, const hpr_coverage *coverage);
+hpr_status hpr_energy_compute(hpr_solution *solution, const hpr_coverage *coverage, const double *outside);
 
 #endif

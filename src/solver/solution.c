@@ -12,8 +12,9 @@ void hpr_solution_destroy(hpr_solution **out)
         hpr_release(ctx, solution->camera[i].name);
     hpr_elements_destroy(&solution->elements);
     hpr_patches_destroy(&solution->patches);
-    void *arrays[] = {solution->scene_name, solution->channel_name, solution->irradiance,
-                      solution->error,      solution->camera,       solution->energy};
+    void *arrays[] = {solution->scene_name, solution->channel_name, solution->environment,
+                      solution->irradiance, solution->surroundings, solution->error,
+                      solution->camera,     solution->energy};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
         hpr_release(ctx, arrays[i]);
     hpr_release(ctx, solution);

@@ -11,11 +11,14 @@ struct hpr_solution {
     char *scene_name; /* file name of the scene without folders */
     size_t channel_count;
     char **channel_name; /* [channel_count] */
+    double *environment; /* [channel_count] radiance from outside, W/m2/sr; NULL: none */
     hpr_patches *patches;
     hpr_elements *elements;
-    double *irradiance; /* [dofs][channels] coefficients of H, or of its indirect part if summary.direct is
-                             HPR_DIRECT_EXACT: H(x) = sum_k irradiance[k] T_k(x), so that a
-                           coefficient has the unit W/m2 times metre */
+    /* [dofs][channels] coefficients of H without what is evaluated at points: D of lamps if summary.direct is
+     * HPR_DIRECT_EXACT, (pi L - S) V if summary.environment is HPR_ENVIRONMENT_EXACT, V the open part of the
+     * view; H(x) = sum_k irradiance[k] T_k(x) + ..., so that a coefficient has the unit W/m2 times metre */
+    double *irradiance;
+    double *surroundings; /* [patches][channels] S, W/m2: about how bright is what shuts a patch's view */
     double *error; /* [leaf_count] estimated L2 error of H on the element, W/m2 times metre; NaN: unknown */
     size_t camera_count;
     hpr_camera *camera; /* [camera_count], at least one: a scene without gets one that frames it */

@@ -4,6 +4,7 @@
 #include "patch/frame.h"
 #include "solver/energy.h"
 #include "solver/gauss_seidel.h"
+#include "solver/outside.h"
 #include "solver/solution.h"
 
 #include <math.h>
@@ -75,6 +76,10 @@ static hpr_status describe(hpr_solution *solution, const hpr_scene *scene)
     for (size_t c = 0; status == HPR_OK && c < n; c++)
         status = copy_text(ctx, scene->channel_name[c], &solution->channel_name[c]);
     if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &solution->environment, n, sizeof(double), "light from outside");
+    if (status == HPR_OK)
+        memcpy(solution->environment, scene->environment, n * sizeof(double));
+    if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &solution->energy, n, sizeof *solution->energy, "energy terms");
     return status;
 }
@@ -123,6 +128,10 @@ static hpr_status make_mesh(hpr_solution *solution, const hpr_scene *scene, cons
     status = hpr_allocate_into(ctx, &solution->irradiance, dofs * solution->channel_count, sizeof(double),
                                "the solution");
     if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &solution->surroundings,
+                                   solution->patches->count * solution->channel_count, sizeof(double),
+                                   "the solution");
+    if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &solution->error, e->leaf_count, sizeof(double), "the solution");
     for (size_t i = 0; status == HPR_OK && i < e->leaf_count; i++)
         solution->error[i] = NAN;
@@ -136,9 +145,14 @@ static hpr_status make_mesh(hpr_solution *solution, const hpr_scene *scene, cons
     return status;
 }
 
-static bool channels_agree(const hpr_patches *patches)
+static bool channels_agree(const hpr_solution *solution)
 {
+    const hpr_patches *patches = solution->patches;
     size_t n = patches->channel_count;
+    for (size_t c = 1; c < n; c++) {
+        if (solution->environment[c] != solution->environment[0])
+            return false;
+    }
     for (size_t i = 0; i < patches->count * n; i++) {
         size_t first = i - i % n;
         if (patches->exitance[i] != patches->exitance[first] ||
@@ -148,13 +162,14 @@ static bool channels_agree(const hpr_patches *patches)
     return true;
 }
 
-static bool has_light(const hpr_patches *patches)
+static bool has_light(const hpr_solution *solution)
 {
+    const hpr_patches *patches = solution->patches;
     for (size_t i = 0; i < patches->count * patches->channel_count; i++) {
         if (patches->exitance[i] > 0)
             return true;
     }
-    return false;
+    return hpr_outside_shines(solution);
 }
 
 /* The first to_channels of each row of a table [count][from_channels]. */
@@ -172,7 +187,7 @@ static hpr_status solve_system(hpr_solution *solution, const hpr_links *links, c
     hpr_context *ctx = solution->context;
     const hpr_patches *patches = solution->patches;
     size_t n = solution->channel_count, dofs = solution->summary.dof_count;
-    size_t solved = channels_agree(patches) ? 1 : n;
+    size_t solved = channels_agree(solution) ? 1 : n;
     double *reflectance = NULL;
     hpr_gauss_seidel problem = {.patches = patches,
                                 .links = links,
@@ -260,11 +275,13 @@ static void summarise_links(hpr_solution *solution, const hpr_links *links)
         hpr_warn(solution->context, "%zu kernel blocks stopped short of their tolerance", links->short_count);
 }
 
-/* H without its direct part, which is evaluated where it is wanted. Destroys `direct`. */
-static void take_out(hpr_solution *solution, const hpr_coverage *coverage, double *direct)
+/* H without what is evaluated where it is wanted. Destroys `direct`. */
+static void take_out(hpr_solution *solution, const hpr_coverage *coverage, const double *outside,
+                     double *direct)
 {
     const hpr_elements *e = solution->elements;
     size_t n = solution->channel_count, dofs = solution->summary.dof_count;
+    hpr_outside_split(solution, outside, direct);
     for (size_t leaf = 0; leaf < e->leaf_count; leaf++) {
         for (size_t c = 0; c < n; c++)
             hpr_coverage_project(coverage, leaf, direct + c * dofs + e->dof[leaf]);
@@ -279,7 +296,7 @@ static hpr_status transport(hpr_solution *solution, const hpr_solve_options *opt
     hpr_context *ctx = solution->context;
     hpr_links *links = NULL;
     hpr_coverage *coverage = NULL;
-    double *direct = NULL; /* [channels][dofs] */
+    double *direct = NULL, *outside = NULL; /* [channels][dofs]; [dofs] */
     hpr_stage_begin(ctx, "assembly");
     hpr_status status = hpr_coverage_create(solution->patches, solution->elements, &coverage);
     if (status == HPR_OK)
@@ -290,10 +307,19 @@ static hpr_status transport(hpr_solution *solution, const hpr_solve_options *opt
         status = hpr_allocate_into(ctx, &direct, solution->channel_count * solution->summary.dof_count,
                                    sizeof *direct, "direct light");
     }
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &outside, solution->summary.dof_count, sizeof *outside,
+                                   "light from outside");
     if (status == HPR_OK) {
         hpr_stage_begin(ctx, "direct light");
         status = find_direct(solution, links, coverage, direct);
         hpr_stage_end(ctx);
+    }
+    if (status == HPR_OK && hpr_outside_shines(solution)) {
+        hpr_stage_begin(ctx, "environment");
+        status = hpr_outside_project(solution, coverage, outside);
+        hpr_stage_end(ctx);
+        hpr_outside_add(solution, outside, direct);
     }
     if (status == HPR_OK) {
         hpr_stage_begin(ctx, "solver");
@@ -302,12 +328,13 @@ static hpr_status transport(hpr_solution *solution, const hpr_solve_options *opt
     }
     if (status == HPR_OK) {
         hpr_stage_begin(ctx, "energy");
-        status = hpr_energy_compute(solution, coverage);
+        status = hpr_energy_compute(solution, coverage, outside);
         hpr_stage_end(ctx);
     }
-    if (status == HPR_OK && solution->summary.direct == HPR_DIRECT_EXACT)
-        take_out(solution, coverage, direct);
+    if (status == HPR_OK)
+        take_out(solution, coverage, outside, direct);
     hpr_release(ctx, direct);
+    hpr_release(ctx, outside);
     hpr_coverage_destroy(&coverage);
     hpr_links_destroy(&links);
     return status;
@@ -338,7 +365,7 @@ hpr_status hpr_solve(hpr_context *context, const hpr_scene *scene, const hpr_sol
     hpr_stage_end(context);
     if (status == HPR_OK && solution->patches->count == 0)
         hpr_warn(context, "%s: no surface; the solution is empty", scene->path);
-    else if (status == HPR_OK && !has_light(solution->patches))
+    else if (status == HPR_OK && !has_light(solution))
         hpr_warn(context, "%s: no light; the solution is zero", scene->path);
     else if (status == HPR_OK)
         status = transport(solution, options);

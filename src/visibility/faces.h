@@ -37,9 +37,22 @@ typedef struct hpr_occluder {
     double origin[3], normal[3];
     double low[3], high[3]; /* box of the corners after growing by reach */
     int edge_count;
+    double corner[HPR_OCCLUDER_CORNERS][3]; /* edge k is from corner k to the next */
     double inward[HPR_OCCLUDER_CORNERS][3]; /* of length 1 */
     double offset[HPR_OCCLUDER_CORNERS];
 } hpr_occluder;
+
+/* Enough of an occluder to find most of them out of the way; small, for long lists of them. */
+typedef struct hpr_bounds {
+    double low[3], high[3];
+    double normal[3], distance; /* the plane: normal . x = distance */
+    double middle[3], radius;   /* a ball that holds the corners */
+} hpr_bounds;
+
+/* A box as its middle and half its sides. */
+typedef struct hpr_extent {
+    double middle[3], half[3];
+} hpr_extent;
 
 struct hpr_visibility {
     hpr_context *context;
@@ -50,6 +63,7 @@ struct hpr_visibility {
     uint32_t *front; /* [front_count] patches that are not the back of another, rising */
     size_t occluder_count;
     hpr_occluder *occluder; /* [occluder_count] */
+    hpr_bounds *bounds;     /* [occluder_count] */
     hpr_convex *outline;    /* [occluder_count] the same in metres */
     size_t divider_count;
     uint32_t *divider; /* [divider_count] occluders with something on both sides of their plane: only these
@@ -61,6 +75,35 @@ static inline void hpr_scene_units(const hpr_visibility *visibility, const doubl
 {
     for (int k = 0; k < 3; k++)
         result[k] = (point[k] - visibility->centre[k]) * visibility->scale;
+}
+
+static inline hpr_extent hpr_extent_of(const double low[3], const double high[3])
+{
+    hpr_extent extent;
+    for (int k = 0; k < 3; k++) {
+        extent.middle[k] = 0.5 * (low[k] + high[k]);
+        extent.half[k] = 0.5 * (high[k] - low[k]);
+    }
+    return extent;
+}
+
+/* Is the occluder out of the way between two boxes: beside the box around both, or its plane does not divide
+ * them? low, high: the box around both. At least as generous as the exact tests of what lies in the boxes. */
+static inline bool hpr_bounds_aside(const hpr_bounds *bounds, const double low[3], const double high[3],
+                                    const hpr_extent end[2])
+{
+    double height[2], reach[2];
+    for (int k = 0; k < 3; k++) {
+        if (bounds->low[k] > high[k] || bounds->high[k] < low[k])
+            return true;
+    }
+    for (int e = 0; e < 2; e++) {
+        const double *n = bounds->normal, *half = end[e].half;
+        height[e] = hpr_dot3(n, end[e].middle) - bounds->distance;
+        reach[e] = fabs(n[0]) * half[0] + fabs(n[1]) * half[1] + fabs(n[2]) * half[2];
+    }
+    return !((height[0] + reach[0] > 0 && height[1] - reach[1] < 0) ||
+             (height[0] - reach[0] < 0 && height[1] + reach[1] > 0));
 }
 
 /* Is origin + offset, a point of the plane, in the closed patch grown by `growth`? */

@@ -3,7 +3,6 @@
 #include "visibility/faces.h"
 
 #include <omp.h>
-#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -34,9 +33,10 @@ struct hpr_views {
     hpr_context *context;
     const hpr_visibility *visibility;
     size_t node_count, group_count;
-    uint32_t *group; /* [patches] HPR_NONE: no area */
-    node *node;      /* [2 patches] the root is the first */
-    row *row;        /* [group_count] */
+    uint32_t *group;      /* [patches] HPR_NONE: no area */
+    uint32_t *group_node; /* [group_count] */
+    node *node;           /* [2 patches] the root is the first */
+    row *row;             /* [group_count] */
 };
 
 /* A patch on its way into the tree. */
@@ -63,8 +63,8 @@ static void set_member(const hpr_visibility *visibility, uint32_t patch, member 
         double own[3];
         hpr_scene_units(visibility, facet.corner[c], own);
         for (int k = 0; k < 3; k++) {
-            it->low[k] = fmin(it->low[k], own[k]);
-            it->high[k] = fmax(it->high[k], own[k]);
+            it->low[k] = hpr_min(it->low[k], own[k]);
+            it->high[k] = hpr_max(it->high[k], own[k]);
         }
     }
     uint32_t axis = 0;
@@ -138,14 +138,14 @@ static uint32_t add_node(hpr_views *views, member *members, uint32_t first, uint
                 .group = (uint32_t)views->group_count};
     for (uint32_t i = first; i < first + count; i++) {
         for (int k = 0; k < 3; k++) {
-            n->low[k] = fmin(n->low[k], members[i].low[k]);
-            n->high[k] = fmax(n->high[k], members[i].high[k]);
+            n->low[k] = hpr_min(n->low[k], members[i].low[k]);
+            n->high[k] = hpr_max(n->high[k], members[i].high[k]);
         }
     }
     if (count <= HPR_VIEWS_GROUP && members[first].facing == members[first + count - 1].facing) {
         for (uint32_t i = first; i < first + count; i++)
             views->group[members[i].patch] = n->group;
-        views->group_count++;
+        views->group_node[views->group_count++] = index;
     } else {
         uint32_t left = (uint32_t)divide(members + first, count, n);
         n->child[0] = add_node(views, members, first, left);
@@ -181,8 +181,9 @@ static hpr_status make_tree(hpr_views *views)
 enum { MAX_SIDES = 48 };
 typedef struct shaft {
     const node *end[2];
+    hpr_extent extent[2];
     double low[3], high[3];
-    size_t side_count;
+    size_t side_count, last; /* last: the side that had the last candidate outside; its neighbours are next */
     double side[MAX_SIDES][4];
 } shaft;
 
@@ -204,8 +205,8 @@ static void try_side(shaft *sh, int k, int l, const double a[2], const double b[
         double height =
             (n[0] * (corner_along(box, k, i & 1) - a[0]) + n[1] * (corner_along(box, l, i >> 1 & 1) - a[1])) /
             length;
-        most = fmax(most, height);
-        least = fmin(least, height);
+        most = hpr_max(most, height);
+        least = hpr_min(least, height);
     }
     /* rounding: 1e-15 of coordinates below 1 */
     static const double rounding = 1e-14;
@@ -222,10 +223,12 @@ static void open_shaft(shaft *sh, const node *a, const node *b)
 {
     sh->end[0] = a;
     sh->end[1] = b;
-    sh->side_count = 0;
+    sh->extent[0] = hpr_extent_of(a->low, a->high);
+    sh->extent[1] = hpr_extent_of(b->low, b->high);
+    sh->side_count = sh->last = 0;
     for (int k = 0; k < 3; k++) {
-        sh->low[k] = fmin(a->low[k], b->low[k]);
-        sh->high[k] = fmax(a->high[k], b->high[k]);
+        sh->low[k] = hpr_min(a->low[k], b->low[k]);
+        sh->high[k] = hpr_max(a->high[k], b->high[k]);
     }
     for (int k = 0; k < 3; k++) {
         int l = (k + 1) % 3;
@@ -237,18 +240,6 @@ static void open_shaft(shaft *sh, const node *a, const node *b)
                 try_side(sh, k, l, p, q);
         }
     }
-}
-
-/* Least and largest height of a box over a plane. */
-static void box_range(const node *box, const hpr_occluder *plane, double range[2])
-{
-    double middle = 0, reach = 0;
-    for (int k = 0; k < 3; k++) {
-        middle += plane->normal[k] * ((box->low[k] + box->high[k]) / 2 - plane->origin[k]);
-        reach += fabs(plane->normal[k]) * (box->high[k] - box->low[k]) / 2;
-    }
-    range[0] = middle - reach;
-    range[1] = middle + reach;
 }
 
 /* Does the occluder block every segment between the boxes, without the growth that it has for single ones? */
@@ -271,34 +262,31 @@ static bool hides(const hpr_visibility *visibility, const shaft *sh, const hpr_o
 
 /* May an occluder block something between members of the two ends? At least what hpr_visibility_classify says
  * of any pair of them. */
-static bool meets(const hpr_views *views, const shaft *sh, uint32_t index, bool *hidden)
+static bool meets(const hpr_views *views, shaft *sh, uint32_t index, bool *hidden)
 {
     const hpr_visibility *visibility = views->visibility;
     const hpr_occluder *occluder = &visibility->occluder[index];
-    double a[2], b[2];
-    for (int k = 0; k < 3; k++) {
-        if (occluder->low[k] > sh->high[k] || occluder->high[k] < sh->low[k])
-            return false;
-    }
-    box_range(sh->end[0], occluder, a);
-    box_range(sh->end[1], occluder, b);
-    if (!((a[1] > 0 && b[0] < 0) || (a[0] < 0 && b[1] > 0)))
+    if (hpr_bounds_aside(&visibility->bounds[index], sh->low, sh->high, sh->extent))
         return false;
-    const hpr_convex *outline = &visibility->outline[index];
-    double corner[HPR_OCCLUDER_CORNERS][3];
-    for (int i = 0; i < outline->count; i++) {
-        double world[3];
-        hpr_vec3_store(world, outline->corner[i]);
-        hpr_scene_units(visibility, world, corner[i]);
-    }
+    const double(*corner)[3] = (const double(*)[3])occluder->corner;
+    const hpr_bounds *bounds = &visibility->bounds[index];
+    const double *last = sh->side[sh->last];
+    if (sh->side_count && hpr_dot3(last, bounds->middle) - bounds->radius >= last[3])
+        return false;
     for (size_t s = 0; s < sh->side_count; s++) {
+        const double *side = sh->side[s];
+        double depth = side[3] - hpr_dot3(side, bounds->middle);
         int outside = 0;
-        while (outside < outline->count && hpr_dot3(sh->side[s], corner[outside]) >= sh->side[s][3])
+        if (depth > bounds->radius)
+            continue;
+        while (outside < occluder->edge_count && hpr_dot3(side, corner[outside]) >= side[3])
             outside++;
-        if (outside == outline->count)
+        if (outside == occluder->edge_count) {
+            sh->last = s;
             return false;
+        }
     }
-    *hidden = ((a[0] > 0 && b[1] < 0) || (a[1] < 0 && b[0] > 0)) && hides(visibility, sh, occluder);
+    *hidden = hides(visibility, sh, occluder);
     return true;
 }
 
@@ -432,6 +420,9 @@ hpr_status hpr_views_create(const hpr_visibility *visibility, const bool *wanted
     views->visibility = visibility;
     status = hpr_allocate_into(ctx, &views->group, count, sizeof *views->group, "groups of patches");
     if (status == HPR_OK)
+        status =
+            hpr_allocate_into(ctx, &views->group_node, count, sizeof *views->group_node, "groups of patches");
+    if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &views->node, 2 * count, sizeof *views->node, "groups of patches");
     if (status == HPR_OK)
         status = make_tree(views);
@@ -453,37 +444,146 @@ void hpr_views_destroy(hpr_views **out)
         hpr_release(ctx, views->row[i].sight);
         hpr_release(ctx, views->row[i].list);
     }
-    void *arrays[] = {views->group, views->node, views->row};
+    void *arrays[] = {views->group, views->group_node, views->node, views->row};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
         hpr_release(ctx, arrays[i]);
     hpr_release(ctx, views);
     *out = NULL;
 }
 
-hpr_verdict hpr_views_classify(const hpr_views *views, size_t p, size_t q, uint32_t *blockers,
-                               size_t *blocker_count)
+/* Candidates between the cursor's patch and the patches of one group; made when first asked for. */
+typedef struct narrowed {
+    size_t turn; /* that of the cursor when it was made */
+    sight sight;
+} narrowed;
+
+struct hpr_views_cursor {
+    const hpr_views *views;
+    size_t patch, turn;
+    node box;           /* of the patch */
+    narrowed *narrowed; /* [group_count] */
+    uint32_t *list;     /* room for all lists of any group */
+    size_t list_count;
+};
+
+/* What is known of two groups, and where its list is. */
+static sight sight_between(const hpr_views *views, uint32_t i, uint32_t j, const uint32_t **list)
 {
     static const uint32_t none;
+    *list = &none;
+    if (!views->visibility->divider_count)
+        return (sight){0};
+    const row *r = &views->row[i];
+    if (!r->wanted || r->from > j) {
+        r = &views->row[j];
+        j = i;
+    }
+    const sight *it = &r->sight[j - r->from];
+    if (it->count)
+        *list = r->list + it->first;
+    return *it;
+}
+
+/* Entries in the lists of the group that has most, over all groups. */
+static size_t longest_row(const hpr_views *views)
+{
+    size_t longest = 0;
+    const uint32_t *list;
+    for (uint32_t i = 0; i < views->group_count; i++) {
+        size_t length = 0;
+        for (uint32_t j = 0; j < views->group_count; j++) {
+            if (views->row[i].wanted || views->row[j].wanted)
+                length += sight_between(views, i, j, &list).count;
+        }
+        longest = length > longest ? length : longest;
+    }
+    return longest;
+}
+
+hpr_status hpr_views_cursor_create(const hpr_views *views, hpr_views_cursor **out)
+{
+    hpr_context *ctx = views->context;
+    hpr_views_cursor *cursor = NULL;
+    *out = NULL;
+    hpr_status status = hpr_allocate_into(ctx, &cursor, 1, sizeof *cursor, "a cursor of views");
+    if (status != HPR_OK)
+        return status;
+    cursor->views = views;
+    cursor->patch = SIZE_MAX;
+    status = hpr_allocate_into(ctx, &cursor->narrowed, views->group_count, sizeof *cursor->narrowed,
+                               "a cursor of views");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &cursor->list, longest_row(views), sizeof *cursor->list,
+                                   "a cursor of views");
+    if (status != HPR_OK)
+        hpr_views_cursor_destroy(&cursor);
+    *out = cursor;
+    return status;
+}
+
+void hpr_views_cursor_destroy(hpr_views_cursor **out)
+{
+    hpr_views_cursor *cursor = *out;
+    if (!cursor)
+        return;
+    hpr_context *ctx = cursor->views->context;
+    hpr_release(ctx, cursor->narrowed);
+    hpr_release(ctx, cursor->list);
+    hpr_release(ctx, cursor);
+    *out = NULL;
+}
+
+static void move_cursor(hpr_views_cursor *cursor, size_t patch)
+{
+    member box;
+    set_member(cursor->views->visibility, (uint32_t)patch, &box);
+    memcpy(cursor->box.low, box.low, sizeof box.low);
+    memcpy(cursor->box.high, box.high, sizeof box.high);
+    cursor->patch = patch;
+    cursor->turn++;
+    cursor->list_count = 0;
+}
+
+/* The candidates between the cursor's patch and a group, narrowed out of those of the patch's own group. */
+static const narrowed *narrow(hpr_views_cursor *cursor, uint32_t group)
+{
+    const hpr_views *views = cursor->views;
+    narrowed *it = &cursor->narrowed[group];
+    if (it->turn == cursor->turn)
+        return it;
+    const uint32_t *list;
+    sight whole = sight_between(views, views->group[cursor->patch], group, &list);
+    *it = (narrowed){.turn = cursor->turn, .sight = {.first = cursor->list_count, .hidden = whole.hidden}};
+    if (!whole.count)
+        return it;
+    shaft sh;
+    open_shaft(&sh, &cursor->box, &views->node[views->group_node[group]]);
+    for (uint32_t i = 0; i < whole.count && !it->sight.hidden; i++) {
+        bool hidden = false;
+        if (meets(views, &sh, list[i], &hidden))
+            cursor->list[cursor->list_count++] = list[i];
+        it->sight.hidden = hidden;
+    }
+    it->sight.count = (uint32_t)(cursor->list_count - it->sight.first);
+    return it;
+}
+
+hpr_verdict hpr_views_classify(const hpr_views *views, hpr_views_cursor *cursor, size_t p, size_t q,
+                               uint32_t *blockers, size_t *blocker_count)
+{
     const hpr_visibility *visibility = views->visibility;
-    uint32_t i = views->group[p], j = views->group[q];
-    sight it = {0};
     if (blocker_count)
         *blocker_count = 0;
-    if (i == HPR_NONE || j == HPR_NONE || p == q)
+    if (views->group[p] == HPR_NONE || views->group[q] == HPR_NONE || p == q)
         return HPR_SEES_NOTHING;
-    if (!views->row[i].wanted || views->row[i].from > j) {
-        uint32_t exchange = i;
-        i = j;
-        j = exchange;
-    }
-    const row *r = &views->row[i];
-    if (visibility->divider_count)
-        it = r->sight[j - r->from];
+    if (cursor->patch != p)
+        move_cursor(cursor, p);
+    const sight it = narrow(cursor, views->group[q])->sight;
     if (it.hidden)
         return HPR_SEES_NOTHING;
     hpr_facet a = hpr_patch_facet(visibility->patches, p), b = hpr_patch_facet(visibility->patches, q);
-    return hpr_visibility_classify(visibility, &a, &b, it.count ? r->list + it.first : &none, it.count,
-                                   blockers, blocker_count);
+    return hpr_visibility_classify(visibility, &a, &b, cursor->list + it.first, it.count, blockers,
+                                   blocker_count);
 }
 
 size_t hpr_views_groups(const hpr_views *views)

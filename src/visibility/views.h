@@ -24,12 +24,20 @@ void hpr_views_destroy(hpr_views **views);
 /* The facet that a whole patch is. */
 hpr_facet hpr_patch_facet(const hpr_patches *patches, size_t patch);
 
+/* What one thread remembers of the patch that it asked for last. */
+typedef struct hpr_views_cursor hpr_views_cursor;
+
+hpr_status hpr_views_cursor_create(const hpr_views *views, hpr_views_cursor **cursor);
+void hpr_views_cursor_destroy(hpr_views_cursor **cursor);
+
 /*
  * What hpr_visibility_classify says for two whole patches, with the same blockers: room for
- * hpr_visibility_occluder_count, or NULL. HPR_SEES_NOTHING for a patch without area. Thread-safe.
+ * hpr_visibility_occluder_count, or NULL. HPR_SEES_NOTHING for a patch without area. The cursor narrows the
+ * candidates between p and the groups of one q after the other, so many calls with the same p are cheap; the
+ * result does not depend on it. Concurrent calls allowed with distinct cursors.
  */
-hpr_verdict hpr_views_classify(const hpr_views *views, size_t p, size_t q, uint32_t *blockers,
-                               size_t *blocker_count);
+hpr_verdict hpr_views_classify(const hpr_views *views, hpr_views_cursor *cursor, size_t p, size_t q,
+                               uint32_t *blockers, size_t *blocker_count);
 
 /* How many groups there are, and how many entries the lists of their pairs have in all (4 bytes each; 16 more
  * per pair of groups). */

@@ -74,12 +74,13 @@ static void add_mitre(const hpr_occluder *occluder, const double corner[3], int 
 static void set_occluder(const hpr_visibility *visibility, const hpr_convex *outline, const double normal[3],
                          hpr_occluder *occluder)
 {
-    double corner[HPR_OCCLUDER_CORNERS][3], world[3];
+    double world[3];
     int count = occluder->edge_count = outline->count;
     for (int k = 0; k < count; k++) {
         hpr_vec3_store(world, outline->corner[k]);
-        hpr_scene_units(visibility, world, corner[k]);
+        hpr_scene_units(visibility, world, occluder->corner[k]);
     }
+    const double(*corner)[3] = (const double(*)[3])occluder->corner;
     memcpy(occluder->origin, corner[0], sizeof occluder->origin);
     memcpy(occluder->normal, normal, sizeof occluder->normal);
     for (int k = 0; k < count; k++) {
@@ -100,6 +101,23 @@ static void set_occluder(const hpr_visibility *visibility, const hpr_convex *out
         add_mitre(occluder, corner[k], k, visibility->reach, occluder->low, occluder->high);
 }
 
+static hpr_bounds bounds_of(const hpr_occluder *occluder)
+{
+    hpr_bounds bounds = {.distance = hpr_dot3(occluder->normal, occluder->origin)};
+    memcpy(bounds.low, occluder->low, sizeof bounds.low);
+    memcpy(bounds.high, occluder->high, sizeof bounds.high);
+    memcpy(bounds.normal, occluder->normal, sizeof bounds.normal);
+    for (int k = 0; k < occluder->edge_count; k++)
+        hpr_add_scaled3(bounds.middle, 1.0 / occluder->edge_count, occluder->corner[k], bounds.middle);
+    for (int k = 0; k < occluder->edge_count; k++) {
+        double offset[3];
+        hpr_subtract3(occluder->corner[k], bounds.middle, offset);
+        bounds.radius = hpr_max(bounds.radius, hpr_length3(offset));
+    }
+    bounds.radius *= 1 + 1e-14; /* its own rounding */
+    return bounds;
+}
+
 static hpr_status set_occluders(hpr_visibility *visibility)
 {
     hpr_context *ctx = visibility->context;
@@ -110,8 +128,13 @@ static hpr_status set_occluders(hpr_visibility *visibility)
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &visibility->occluder, visibility->occluder_count,
                                    sizeof *visibility->occluder, "visibility");
-    for (size_t i = 0; status == HPR_OK && i < visibility->occluder_count; i++)
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &visibility->bounds, visibility->occluder_count,
+                                   sizeof *visibility->bounds, "visibility");
+    for (size_t i = 0; status == HPR_OK && i < visibility->occluder_count; i++) {
         set_occluder(visibility, &visibility->outline[i], normal + 3 * i, &visibility->occluder[i]);
+        visibility->bounds[i] = bounds_of(&visibility->occluder[i]);
+    }
     hpr_release(ctx, normal);
     return status;
 }
@@ -130,24 +153,55 @@ static void set_units(hpr_visibility *visibility)
     visibility->reach = fmax(1e-7, 2 * visibility->slack);
 }
 
-/* All patches lie in occluders, so these stand for them. In a convex room there is none. */
-static bool divides(const hpr_visibility *visibility, const hpr_occluder *occluder)
+/* What an occluder has on either side of its plane. */
+typedef struct both_sides {
+    bool above, below;
+} both_sides;
+
+static void add_sides(const hpr_visibility *visibility, const hpr_occluder *occluder,
+                      const hpr_occluder *other, both_sides *sides)
 {
-    bool above = false, below = false;
-    for (size_t i = 0; i < visibility->occluder_count && !(above && below); i++) {
-        const hpr_convex *other = &visibility->outline[i];
-        for (int k = 0; k < other->count; k++) {
-            double world[3], own[3], offset[3];
-            hpr_vec3_store(world, other->corner[k]);
-            hpr_scene_units(visibility, world, own);
-            hpr_subtract3(own, occluder->origin, offset);
-            double height = hpr_dot3(occluder->normal, offset);
-            /* less than what counts as dividing, for an outline may be off by a part of the slack */
-            above |= height > visibility->slack / 4;
-            below |= height < -visibility->slack / 4;
+    for (int k = 0; k < other->edge_count; k++) {
+        double offset[3];
+        hpr_subtract3(other->corner[k], occluder->origin, offset);
+        double height = hpr_dot3(occluder->normal, offset);
+        /* less than what counts as dividing, for an outline may be off by a part of the slack */
+        sides->above |= height > visibility->slack / 4;
+        sides->below |= height < -visibility->slack / 4;
+    }
+}
+
+enum { EXTREMES = 26 };
+
+/* Occluders that reach farthest along the directions to the sides, edges and corners of a cube: most planes
+ * have some of these on both sides. */
+static void find_extremes(const hpr_visibility *visibility, size_t extreme[EXTREMES])
+{
+    for (int e = 0; e < EXTREMES; e++) {
+        int code = e < EXTREMES / 2 ? e : e + 1; /* without the middle of 3 x 3 x 3 */
+        const double direction[3] = {code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1};
+        double farthest = -INFINITY;
+        extreme[e] = 0;
+        for (size_t i = 0; i < visibility->occluder_count; i++) {
+            double reach = hpr_dot3(direction, visibility->occluder[i].corner[0]);
+            if (reach > farthest) {
+                farthest = reach;
+                extreme[e] = i;
+            }
         }
     }
-    return above && below;
+}
+
+/* All patches lie in occluders, so these stand for them. In a convex room there is none. */
+static bool divides(const hpr_visibility *visibility, const hpr_occluder *occluder,
+                    const size_t extreme[EXTREMES])
+{
+    both_sides sides = {false, false};
+    for (int e = 0; e < EXTREMES; e++)
+        add_sides(visibility, occluder, &visibility->occluder[extreme[e]], &sides);
+    for (size_t i = 0; i < visibility->occluder_count && !(sides.above && sides.below); i++)
+        add_sides(visibility, occluder, &visibility->occluder[i], &sides);
+    return sides.above && sides.below;
 }
 
 static hpr_status find_dividers(hpr_visibility *visibility)
@@ -155,8 +209,10 @@ static hpr_status find_dividers(hpr_visibility *visibility)
     hpr_status status =
         hpr_allocate_into(visibility->context, &visibility->divider, visibility->occluder_count,
                           sizeof *visibility->divider, "visibility");
+    size_t extreme[EXTREMES];
+    find_extremes(visibility, extreme);
     for (size_t i = 0; status == HPR_OK && i < visibility->occluder_count; i++) {
-        if (divides(visibility, &visibility->occluder[i]))
+        if (divides(visibility, &visibility->occluder[i], extreme))
             visibility->divider[visibility->divider_count++] = (uint32_t)i;
     }
     return status;
@@ -207,6 +263,7 @@ void hpr_visibility_destroy(hpr_visibility **out)
     hpr_release(ctx, visibility->face);
     hpr_release(ctx, visibility->front);
     hpr_release(ctx, visibility->occluder);
+    hpr_release(ctx, visibility->bounds);
     hpr_release(ctx, visibility->outline);
     hpr_release(ctx, visibility->divider);
     hpr_release(ctx, visibility);

@@ -57,6 +57,10 @@ hpr_verdict hpr_visibility_classify(const hpr_visibility *visibility, const hpr_
                                     const uint32_t *candidates, size_t candidate_count, uint32_t *blockers,
                                     size_t *blocker_count);
 
+/* True if nothing can come between the patch and any other that faces it, backs of others included. Quadratic
+ * in the number of patches. Thread-safe. */
+bool hpr_visibility_unobstructed(const hpr_visibility *visibility, size_t patch);
+
 /*
  * True if one of the given occluders (rising, as classify lists them) cuts the open segment x-y: x and y lie
  * strictly on both sides of its plane and the crossing point is in the closed polygon. Double precision; long

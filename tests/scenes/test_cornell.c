@@ -20,7 +20,7 @@
 
 enum { SPREAD = 600, PER_PATCH = 4, POINTS_MAX = 1000, SIDE = 140 };
 
-/* Observed 0.33% with an estimate four times as good; here the estimate's own error adds to it. */
+/* Observed 0.25% with an estimate four times as good; here the estimate's own error adds to it. */
 static const double bound = 0.006, error_bound = 0.005;
 
 typedef struct sample {

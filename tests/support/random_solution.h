@@ -85,9 +85,11 @@ static inline void fill_figures(hpr_solution *s, uint64_t *seed)
             memcpy(at, &size, sizeof size);
     }
     s->summary.residual = NAN;
+    s->summary.environment = HPR_ENVIRONMENT_GALERKIN; /* all in the coefficients */
     s->energy = array_of(s->context, s->channel_count, sizeof *s->energy);
     for (size_t c = 0; c < s->channel_count; c++)
-        s->energy[c] = (hpr_energy){random_unit(seed), random_unit(seed) * 1e-300, -0.0, INFINITY};
+        s->energy[c] =
+            (hpr_energy){random_unit(seed), random_unit(seed), random_unit(seed) * 1e-300, -0.0, INFINITY};
 }
 
 /* Trees of depth 2 `subdivide` with degrees 0 .. most, random numbers everywhere. */
@@ -102,6 +104,9 @@ static inline hpr_solution *random_solution(hpr_context *ctx, uint64_t seed, siz
     s->channel_name = array_of(ctx, channels, sizeof(char *));
     for (size_t c = 0; c < channels; c++)
         s->channel_name[c] = copy_of(ctx, names[c]);
+    s->environment = array_of(ctx, channels, sizeof(double));
+    for (size_t c = 0; c < channels; c++)
+        s->environment[c] = random_unit(&seed) / 3;
     s->patches = random_patches(ctx, &seed, channels);
     assert_int_equal(hpr_elements_uniform(s->patches, 0, subdivide, &s->elements), HPR_OK);
     hpr_elements *e = s->elements;
@@ -112,6 +117,9 @@ static inline hpr_solution *random_solution(hpr_context *ctx, uint64_t seed, siz
     s->irradiance = array_of(ctx, dofs * channels, sizeof(double));
     for (size_t i = 0; i < dofs * channels; i++)
         s->irradiance[i] = 20 * random_unit(&seed) - 2;
+    s->surroundings = array_of(ctx, s->patches->count * channels, sizeof(double));
+    for (size_t i = 0; i < s->patches->count * channels; i++)
+        s->surroundings[i] = random_unit(&seed) / 7;
     s->error = array_of(ctx, e->leaf_count, sizeof(double));
     for (size_t i = 0; i < e->leaf_count; i++) {
         uint64_t payload = 0x7ff8000000001234u + i; /* the payload of a NaN, too */

@@ -4,8 +4,10 @@
 #define HPR_TESTS_ROOMS_H
 
 #include "scene/scene.h"
+#include "solver/solution.h"
 
 #include <hprad/solve.h>
+#include <math.h>
 #include <stdio.h>
 
 typedef struct hpr_room {
@@ -105,6 +107,38 @@ static inline double room_radiosity(hpr_room *room, const hpr_solution *solution
         hpr_solution_probe(room->context, solution, 1, point, normal, irradiance, radiosity, &patch), HPR_OK);
     assert_int_not_equal(patch, HPR_NONE);
     return radiosity[0];
+}
+
+/* Largest relative error of B (1 - rho) = 1 at 5 x 5 points of each parallelogram, edges and corners
+ * included.
+ */
+static inline double room_furnace_error(hpr_room *room, const hpr_solution *solution, double rho)
+{
+    enum { PATCHES_MAX = 6, EACH = 25 };
+    static double point[PATCHES_MAX * EACH][3], normal[PATCHES_MAX * EACH][3];
+    static double irradiance[PATCHES_MAX * EACH][3], radiosity[PATCHES_MAX * EACH][3];
+    static uint32_t found[PATCHES_MAX * EACH];
+    const hpr_patches *patches = solution->patches;
+    size_t count = EACH * patches->count;
+    assert_in_range(patches->count, 1, PATCHES_MAX);
+    for (size_t i = 0; i < count; i++) {
+        size_t patch = i / EACH;
+        double s = (double)(i % 5) / 4, t = (double)(i / 5 % 5) / 4;
+        for (size_t k = 0; k < 3; k++) {
+            point[i][k] = patches->origin[3 * patch + k] + s * patches->edge1[3 * patch + k] +
+                          t * patches->edge2[3 * patch + k];
+            normal[i][k] = patches->normal[3 * patch + k];
+        }
+    }
+    assert_int_equal(hpr_solution_probe(room->context, solution, count, point[0], normal[0], irradiance[0],
+                                        radiosity[0], found),
+                     HPR_OK);
+    double worst = 0;
+    for (size_t i = 0; i < count; i++) {
+        assert_int_not_equal(found[i], HPR_NONE);
+        worst = fmax(worst, fabs(radiosity[i][0] * (1 - rho) - 1));
+    }
+    return worst;
 }
 
 #endif

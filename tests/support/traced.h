@@ -90,11 +90,11 @@ typedef struct traced_setting {
 
 static inline hpr_status traced_try(hpr_room *room, size_t camera, traced_setting set, hpr_image *image)
 {
-    const hpr_reference_options options = {
-        .seed = set.seed, .environment_count = 1, .environment = &set.environment};
+    const hpr_reference_options options = {.seed = set.seed};
     const hpr_render_options film = {set.side, set.side, set.samples};
     hpr_reference *reference = NULL;
     *image = (hpr_image){0};
+    assert_int_equal(hpr_scene_set_environment(room->scene, 1, &set.environment), HPR_OK);
     hpr_status status = hpr_reference_create(room->context, room->scene, &options, &reference);
     if (status == HPR_OK)
         status = hpr_reference_render(room->context, reference, camera, &film, image);

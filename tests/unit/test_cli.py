@@ -9,6 +9,7 @@ import sys
 import tempfile
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+import exr  # noqa: E402
 from cli_support import Command, LONG_SOLVE, SIGNALS, interrupt, problems, small_disk, write_scene  # noqa: E402
 from tap import check, done  # noqa: E402
 
@@ -16,10 +17,10 @@ SMALL = ("--size", "16x12", "--samples", "1")
 COARSE = ("--order", "0", "--subdivide", "1")
 
 COMMON = ["--threads", "--isa", "--quiet", "--verbose", "--version", "--help"]
-SOLVE = ["--order", "--subdivide", "--tol", "--block-tol", "--max-sweeps", "--max-reflectance", "--metallic",
+SOLVE = ["--order", "--subdivide", "--tol", "--environment", "--block-tol", "--max-sweeps", "--max-reflectance", "--metallic",
          "--scene-index", "--report"]
 RENDER = ["--camera", "--size", "--samples", "--png", "--exposure"]
-OPTIONS = {"": SOLVE + RENDER, "solve": SOLVE, "render": RENDER, "probe": [],
+OPTIONS = {"": SOLVE + RENDER, "solve": SOLVE, "render": [*RENDER, "--environment"], "probe": [],
            "formfactors": ["--tol", "--order", "--use-eps", "--scene-index"],
            "reference": RENDER + ["--seed", "--environment", "--max-reflectance", "--metallic", "--scene-index", "--report"]}
 
@@ -46,6 +47,11 @@ WRONG_USAGE = [
     (("solve", "one.gltf", "--report", ""), ["--report"]),
     (("one.gltf", "-o", "{frames}.exr"), ["{frames}", "{camera}", "{frame:04}"]),
     (("render", "one.gltf", "-o", "{camera.exr"), ["{camera.exr", "{camera}"]),
+    (("solve", "one.gltf", "--environment", "1,2"), ["one.gltf", "2 radiances", "each of 3"]),
+    (("one.gltf", "--environment", "1,2,3,4"), ["one.gltf", "4 radiances"]),
+    (("render", "one.gltf", "--environment", "1,2"), ["one.gltf", "2 radiances"]),
+    (("render", "one.gltf", "--environment", "-1"), ["--environment '-1'"]),
+    (("render", "one.glb", "--environment", "1"), ["one.glb", "is a solution", "solve the scene again"]),
     (("render", "two.gltf", "-o", "x.exr"), ["'x.exr'", "2 cameras", "{camera}", "--camera"]),
     (("render", "two.gltf", "-o", "x.exr", "--camera", "roof"), ["'roof'", "a_b", "camera0"]),
     (("two.gltf", "--camera", "2"), ["'2'", "a_b", "camera0"]),
@@ -67,6 +73,7 @@ BAD_VALUES = {
     "--isa": ["avx1024", ""],
     "--order": ["-1", "17", "two", "2.0", "0x2"],
     "--subdivide": ["-1", "11", "1e1"],
+    "--environment": ["", "x", "-1", "1,2,", ",1,2", "1,,2", "nan", "inf", "1,-1,1", "0x1", "1 ", "1;2;3", "1e999"],
     "--block-tol": ["0", "1", "-1e-3", "nan", "inf", "0x1p-3", "1e-3x", ""],
     "--max-sweeps": ["0", "-5", "many"],
     "--max-reflectance": ["0", "1.01", "nan"],
@@ -292,6 +299,39 @@ def check_pictures(command):
     check("the picture is an OpenEXR file", several[:4] == b"\x76\x2f\x31\x01")
 
 
+def check_environment(command):
+    """Light from outside, through the command."""
+    def picture(*arguments):
+        result = command(*arguments, *SMALL, "-o", "x.exr")
+        check(f"hprad {' '.join(arguments)}", problems(result, 0))
+        return read(command, "x.exr")
+
+    plain = picture("one.gltf", *COARSE)
+    check("--environment 0 makes no difference", picture("one.gltf", *COARSE, "--environment", "0") == plain)
+    bright = picture("one.gltf", *COARSE, "--environment", "0.5")
+    check("one radiance is for all channels",
+          bright == picture("one.gltf", *COARSE, "--environment", ".5,5e-1,0.5") != plain)
+    seen = exr.read(path_of(command, "x.exr")).channels
+    outside = [i for i, covered in enumerate(seen["A"]) if covered == 0]
+    check("the camera sees it where nothing is, without coverage",
+          outside and all(seen[c][i] == .5 for i in outside for c in "RGB"))
+    command("solve", "one.gltf", *COARSE, "--environment", "0.5", "-o", "sky.glb", "--report", "sky.json")
+    check("a solution keeps it", picture("render", "sky.glb") == bright)
+    check("render solves a scene with it", picture("render", "one.gltf", "--environment", "0.5")
+          == picture("one.gltf", "--environment", "0.5"))
+    with open(path_of(command, "sky.json"), encoding="utf-8") as file:
+        report = json.load(file)
+    check("the report says so", report["environment"]["radiance"] == [.5] * 3
+          and report["environment"]["direct"] == "exact" and report["energy"][0]["environment"] > 0)
+    dark, lit = (float(next(csv.DictReader(command("probe", name, "points.csv").stdout.splitlines()))["irradiance_r"])
+                 for name in ("one.glb", "sky.glb"))
+    check("probe knows it", lit > dark + .1)
+    result = command("solve", "dark.gltf", *COARSE, "--environment", "1", "-o", "x.glb")
+    check("an environment is light: no warning", problems(result, 0))
+    for name in ("x.exr", "x.glb", "sky.glb", "sky.json"):
+        os.remove(path_of(command, name))
+
+
 def check_probe(command):
     result = command("probe", "one.glb", "points.csv")
     rows = list(csv.DictReader(result.stdout.splitlines()))
@@ -336,6 +376,7 @@ def main():
         check_outputs_refused(command)
         check_full_disk(command)
         check_pictures(command)
+        check_environment(command)
         check_probe(command)
         check_signals(command)
     return done()

@@ -176,9 +176,9 @@ def check_refusals(hprad, folder):
 
 
 def check_short(hprad, folder):
-    """Past more than 64 blockers visibility is sampled: less than the tolerance, written all the same."""
-    tiles = [[x / 9, y / 9, .5, x / 9 + .05, y / 9, .5, x / 9 + .05, y / 9 + .05, .5, x / 9, y / 9 + .05, .5]
-             for x in range(9) for y in range(9)]
+    """Past more than 256 blockers visibility is sampled: less than the tolerance, written all the same."""
+    tiles = [[x / 17, y / 17, .5, x / 17 + .03, y / 17, .5, x / 17 + .03, y / 17 + .03, .5, x / 17, y / 17 + .03, .5]
+             for x in range(17) for y in range(17)]
     with open(os.path.join(folder, "short.vs3"), "w", encoding="ascii") as file:
         file.write(vs3(CUBE[:2] + tiles, kinds={2 + i: "O" for i in range(len(tiles))}))
     check("short of the tolerance", problems(hprad("formfactors", "short.vs3", "--order", "1", "--quiet"), 4,

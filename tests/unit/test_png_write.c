@@ -30,7 +30,7 @@ static void transfer_function_is_srgb(void **state)
         for (int c = 0; c < 3; c++)
             radiance[3 * i + c] = (float)(i % (c + 1) ? 0 : (double)i / 500); /* up to 2: clamped */
     }
-    hpr_image image = {N, 1, 3, radiance, coverage, NULL};
+    hpr_image image = {N, 1, 3, radiance, coverage, NULL, 0};
     double used = 0;
     assert_int_equal(hpr_image_write_png(f->context, &image, 2, in_folder(f, "a.png"), &used), HPR_OK);
     assert_true(used == 2);
@@ -54,7 +54,7 @@ static void coverage_becomes_straight_alpha(void **state)
     fixture *f = *state;
     float radiance[] = {0.25f, 0.5f, 0, /* half covered */ 0, 0, 0, /* not */ 1, 1, 1 /* wholly */};
     float coverage[] = {0.5f, 0, 1};
-    hpr_image image = {3, 1, 3, radiance, coverage, NULL};
+    hpr_image image = {3, 1, 3, radiance, coverage, NULL, 0};
     assert_int_equal(hpr_image_write_png(f->context, &image, 1, in_folder(f, "a.png"), NULL), HPR_OK);
     preview p = read_back(in_folder(f, "a.png"));
     assert_int_equal(p.png.format, PNG_FORMAT_RGBA);
@@ -64,11 +64,26 @@ static void coverage_becomes_straight_alpha(void **state)
     free(p.bytes);
 }
 
+/* Light from outside shows through the holes. */
+static void a_sky_leaves_no_holes(void **state)
+{
+    fixture *f = *state;
+    float radiance[] = {0.25f, 0.5f, 0, /* half covered */ 0, 0.5f, 1, /* not */ 1, 1, 1 /* wholly */};
+    float coverage[] = {0.5f, 0, 1};
+    hpr_image image = {3, 1, 3, radiance, coverage, NULL, 1};
+    assert_int_equal(hpr_image_write_png(f->context, &image, 1, in_folder(f, "a.png"), NULL), HPR_OK);
+    preview p = read_back(in_folder(f, "a.png"));
+    assert_int_equal(p.png.format, PNG_FORMAT_RGB);
+    static const png_byte expected[] = {137, 188, 0, 0, 188, 255, 255, 255, 255}; /* sRGB of 1/4: 137 */
+    assert_memory_equal(p.bytes, expected, sizeof expected);
+    free(p.bytes);
+}
+
 static void one_channel_is_grey(void **state)
 {
     fixture *f = *state;
     float radiance[] = {0, 0.5f, 1}, coverage[] = {1, 1, 1};
-    hpr_image image = {1, 3, 1, radiance, coverage, NULL};
+    hpr_image image = {1, 3, 1, radiance, coverage, NULL, 0};
     assert_int_equal(hpr_image_write_png(f->context, &image, 1, in_folder(f, "a.png"), NULL), HPR_OK);
     preview p = read_back(in_folder(f, "a.png"));
     assert_int_equal(p.png.format, PNG_FORMAT_GRAY);
@@ -82,7 +97,7 @@ static void exposure_makes_the_log_average_middle_grey(void **state)
     fixture *f = *state;
     /* 0.5 and 8 average to 2 in the logarithm; empty, black and unreal pixels do not count */
     float radiance[] = {0.25f, 8, 7, 0, NAN, INFINITY, 1e-9f, -1}, coverage[] = {0.5f, 1, 0, 1, 1, 1, 1, 1};
-    hpr_image image = {8, 1, 1, radiance, coverage, NULL};
+    hpr_image image = {8, 1, 1, radiance, coverage, NULL, 0};
     double used = 0;
     assert_int_equal(hpr_image_write_png(f->context, &image, 0, in_folder(f, "a.png"), &used), HPR_OK);
     assert_true(fabs(used - 0.09) < 1e-15);
@@ -107,7 +122,7 @@ static void failures_leave_nothing(void **state)
         radiance[i] = (float)random_unit(&seed);
         coverage[i / 3] = 1;
     }
-    hpr_image image = {SIDE, SIDE, 3, radiance, coverage, NULL};
+    hpr_image image = {SIDE, SIDE, 3, radiance, coverage, NULL, 0};
     assert_int_equal(hpr_image_write_png(f->context, &image, NAN, in_folder(f, "a.png"), NULL), HPR_ERR_ARG);
     assert_int_equal(hpr_image_write_png(f->context, &image, -1, in_folder(f, "a.png"), NULL), HPR_ERR_ARG);
     image.channel_count = 2;
@@ -136,7 +151,7 @@ static void every_allocation_may_fail(void **state)
 {
     fixture *f = *state;
     float radiance[] = {1}, coverage[] = {1};
-    hpr_image image = {1, 1, 1, radiance, coverage, NULL};
+    hpr_image image = {1, 1, 1, radiance, coverage, NULL, 0};
     hpr_status status = HPR_ERR_MEMORY;
     for (long k = 0; status != HPR_OK; k++) {
         long live = f->live;
@@ -152,9 +167,13 @@ static void every_allocation_may_fail(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        IO_TEST(transfer_function_is_srgb), IO_TEST(coverage_becomes_straight_alpha),
-        IO_TEST(one_channel_is_grey),       IO_TEST(exposure_makes_the_log_average_middle_grey),
-        IO_TEST(failures_leave_nothing),    IO_TEST(every_allocation_may_fail),
+        IO_TEST(transfer_function_is_srgb),
+        IO_TEST(coverage_becomes_straight_alpha),
+        IO_TEST(a_sky_leaves_no_holes),
+        IO_TEST(one_channel_is_grey),
+        IO_TEST(exposure_makes_the_log_average_middle_grey),
+        IO_TEST(failures_leave_nothing),
+        IO_TEST(every_allocation_may_fail),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

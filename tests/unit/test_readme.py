@@ -144,8 +144,8 @@ def main():
             report = json.load(file)
         check("the default is what the README says",
               [f"not in the README: {words}" for words in
-               ["--order {order} --subdivide {subdivide}".format(**report["settings"])]
-               if f"`{words}`: polynomials of degree {report['settings']['order']}" not in text])
+               ["--order {order} --subdivide {subdivide} --feet {feet}".format(**report["settings"])]
+               if f"`{words}`: polynomials of degree {report['settings']['order']}" not in " ".join(text.split())])
         check("the keys of a report", report_problems(dict(report_rows(text)), report))
         with open(os.path.join(folder, "truth.json"), encoding="utf-8") as file:
             check("the keys of a reference's report",

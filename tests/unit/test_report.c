@@ -7,16 +7,26 @@
 #include <hprad/version.h>
 
 /* Two channels, numbers that need 17 digits. */
-static hpr_energy energy[2] = {{10, 10.0 / 3, 1.0 / 7, 6.5}, {0, 0, 0, 0}};
+static hpr_energy energy[2] = {{10, 2.5, 10.0 / 3, 1.0 / 7, 6.5}, {0, 0, 0, 0, 0}};
+static double environment[2] = {0.1 + 0.2, 0};
 static char *names[2] = {"R", "x\xff"};
 
 static hpr_solution example(fixture *f)
 {
-    hpr_solution s = {.context = f->context, .scene_name = "box.gltf", .channel_count = 2, .energy = energy};
+    hpr_solution s = {.context = f->context,
+                      .scene_name = "box.gltf",
+                      .channel_count = 2,
+                      .environment = environment,
+                      .energy = energy};
     s.channel_name = names;
     s.summary = (hpr_solve_summary){
         .options = {.order = 2, .subdivide = 3, .feet = 1, .solver_tolerance = 1e-12, .max_sweeps = 100},
         .blocked_tolerance = 1e-3,
+        .environment = HPR_ENVIRONMENT_EXACT,
+        .environment_closed = 5,
+        .environment_clipped = 6,
+        .environment_sampled = 7,
+        .environment_error = 1.0 / 3,
         .patch_count = 11,
         .element_count = 704,
         .dof_count = 6336,
@@ -103,12 +113,19 @@ static void keys_are_as_documented(void **state)
         {"solver/sweeps", 17},
         {"solver/residual", 0.1 + 0.2},
         {"solver/blocks_short", 9},
+        {"environment/radiance/0", 0.1 + 0.2},
+        {"environment/radiance/1", 0},
+        {"environment/elements_closed_form", 5},
+        {"environment/elements_clipped", 6},
+        {"environment/elements_sampled", 7},
+        {"environment/error", 1.0 / 3},
         {"energy/0/emitted", 10},
+        {"energy/0/environment", 2.5},
         {"energy/0/absorbed", 10.0 / 3},
         {"energy/0/lost_on_backs", 1.0 / 7},
         {"energy/0/escaped", 6.5},
-        {"energy/0/balance", 10 - 10.0 / 3 - 1.0 / 7 - 6.5},
-        {"energy/0/relative", (10 - 10.0 / 3 - 1.0 / 7 - 6.5) / 10},
+        {"energy/0/balance", 12.5 - 10.0 / 3 - 1.0 / 7 - 6.5},
+        {"energy/0/relative", (12.5 - 10.0 / 3 - 1.0 / 7 - 6.5) / 12.5},
         {"energy/1/relative", 0},
     };
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
@@ -117,6 +134,7 @@ static void keys_are_as_documented(void **state)
             fail_msg("%s: %.17g, not %.17g", numbers[i].path, value, numbers[i].value);
     }
     assert_true(cJSON_IsTrue(item_at(root, "solver/occluded")));
+    assert_string_equal(item_at(root, "environment/direct")->valuestring, "exact");
     assert_true(cJSON_IsNull(item_at(root, "error_estimate")));
     assert_string_equal(item_at(root, "hprad/version")->valuestring, hpr_version());
     assert_string_equal(item_at(root, "hprad/commit")->valuestring, hpr_commit());

@@ -369,6 +369,35 @@ static void limits_outside_zero_to_one_are_refused(void **state)
     assert_int_equal(hpr_scene_limit_reflectance(f->scene, 1), HPR_OK);
 }
 
+static void the_environment_is_dark_until_it_is_set(void **state)
+{
+    fixture *f = *state;
+    const double sky[3] = {0.5, 3, 0}, one = 2, none[3] = {0}, all[3] = {2, 2, 2};
+    assert_memory_equal(f->scene->environment, none, sizeof none);
+    assert_int_equal(hpr_scene_set_environment(f->scene, 3, sky), HPR_OK);
+    assert_memory_equal(f->scene->environment, sky, sizeof sky);
+    assert_int_equal(hpr_scene_set_environment(f->scene, 1, &one), HPR_OK);
+    assert_memory_equal(f->scene->environment, all, sizeof all);
+}
+
+static void a_bad_environment_is_refused(void **state)
+{
+    fixture *f = *state;
+    const double good[3] = {1, 2, 3};
+    const struct {
+        size_t count;
+        double radiance[4];
+        const char *text;
+    } bad[] = {{0, {0}, "0 radiances"}, {2, {1, 1}, "2 radiances"}, {4, {1, 1, 1, 1}, "4 radiances"},
+               {1, {-1}, "-1"},         {3, {1, 1, NAN}, "nan"},    {3, {INFINITY, 1, 1}, "inf"}};
+    assert_int_equal(hpr_scene_set_environment(f->scene, 3, good), HPR_OK);
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        assert_refused(f, hpr_scene_set_environment(f->scene, bad[i].count, bad[i].radiance), HPR_ERR_ARG,
+                       TEXTS("room.gltf", bad[i].text));
+        assert_memory_equal(f->scene->environment, good, sizeof good);
+    }
+}
+
 static void bounds_are_those_of_the_faces(void **state)
 {
     fixture *f = *state;
@@ -438,9 +467,9 @@ static void a_scene_survives_without_memory(void **state)
 {
     (void)state;
     size_t allocations = sweep_allocations(build_scene, NULL, 1);
-    /* context, scene, path, channel names 1 + 2; 60 names; 3 + 4 + 3 + 1 arrays that grow twice, and 3 of
-     * vertices (80 of them) that grow four times: 16, 32, 64, 128 */
-    assert_int_equal(allocations, 6 + 60 + 2 * 11 + 4 * 3);
+    /* context, scene, path, environment, channel names 1 + 2; 60 names; 3 + 4 + 3 + 1 arrays that grow twice,
+     * and 3 of vertices (80 of them) that grow four times: 16, 32, 64, 128 */
+    assert_int_equal(allocations, 7 + 60 + 2 * 11 + 4 * 3);
 }
 
 static void a_refused_mesh_leaves_the_scene_as_it_was(void **state)
@@ -486,6 +515,8 @@ int main(void)
         SCENE_TEST(reflectances_are_limited_in_proportion),
         SCENE_TEST(limiting_twice_changes_nothing),
         SCENE_TEST(limits_outside_zero_to_one_are_refused),
+        SCENE_TEST(the_environment_is_dark_until_it_is_set),
+        SCENE_TEST(a_bad_environment_is_refused),
         SCENE_TEST(bounds_are_those_of_the_faces),
         SCENE_TEST(many_things_fit),
         SCENE_TEST(a_refused_mesh_leaves_the_scene_as_it_was),

@@ -223,17 +223,63 @@ static void replace(unsigned char *data, size_t bytes, const char *from, const c
     fail_msg("no '%s' in the file", from);
 }
 
+/* Every occurrence of `from` in the JSON. */
+static void replace_all(unsigned char *data, size_t bytes, const char *from, const char *to)
+{
+    size_t length = strlen(from);
+    for (size_t i = 0; i + length <= bytes; i++) {
+        if (!memcmp(data + i, from, length))
+            memcpy(data + i, to, length);
+    }
+}
+
+/* Files of version 1 know nothing of light from outside. */
+static void version_1_is_read_as_dark_outside(void **state)
+{
+    fixture *f = *state;
+    static const char *const later[] = {"\"environment", "\"surroundings\"", "\"weldDistance\"", "\"feet\"",
+                                        "\"blockedTolerance\""};
+    hpr_solution *s = random_solution(f->context, 51, 3, 0, 1), *back;
+    assert_int_equal(hpr_solution_write(f->context, s, in_folder(f, "a.glb")), HPR_OK);
+    size_t bytes;
+    unsigned char *data = slurp(in_folder(f, "a.glb"), &bytes);
+    replace(data, bytes, "HPRAD_radiosity\":{\"version\":2", "HPRAD_radiosity\":{\"version\":1");
+    for (size_t i = 0; i < sizeof later / sizeof *later; i++) {
+        char other[32];
+        snprintf(other, sizeof other, "%s", later[i]);
+        other[1] = 'X';
+        replace_all(data, bytes, later[i], other);
+    }
+    spill(in_folder(f, "b.glb"), data, bytes);
+    free(data);
+    assert_int_equal(hpr_solution_read(f->context, in_folder(f, "b.glb"), &back), HPR_OK);
+    for (size_t c = 0; c < 3; c++) {
+        assert_true(back->environment[c] == 0 && back->energy[c].environment == 0);
+        assert_true(back->energy[c].emitted == s->energy[c].emitted);
+    }
+    assert_int_equal(back->summary.environment, HPR_ENVIRONMENT_NONE);
+    assert_int_equal(back->summary.sweeps, s->summary.sweeps);
+    assert_true(back->patches->weld_m > 0);
+    for (size_t i = 0; i < 3 * s->patches->count; i++)
+        assert_true(back->surroundings[i] == 0 && s->surroundings[i] > 0);
+    hpr_solution_destroy(&back);
+    hpr_solution_destroy(&s);
+}
+
 static void other_files_are_named(void **state)
 {
     fixture *f = *state;
     static const char *const cases[][3] = {
-        {"HPRAD_radiosity\":{\"version\":1", "HPRAD_radiosity\":{\"version\":2", "newer hprad"},
-        {"HPRAD_radiosity\":{\"version\":1", "HPRAD_radiosity\":{\"version\":0", "version is missing"},
+        {"HPRAD_radiosity\":{\"version\":2", "HPRAD_radiosity\":{\"version\":3", "newer hprad"},
+        {"HPRAD_radiosity\":{\"version\":2", "HPRAD_radiosity\":{\"version\":0", "version is missing"},
         {"HPRAD_radiosity\":{", "HPRAD_RADIOSITY\":{", "not an hprad solution"},
         {"glTF", "glTf", "no .glb file"},
         {"\"uint8\"", "\"uint9\"", "patches.shape"},
         {"\"kind\":\"perspective\"", "\"kind\":\"perspectivE\"", "camera"},
         {"\"lostOnBacks\"", "\"lostOnbacks\"", "lostOnBacks"},
+        {"\"environment\":[0.", "\"environment\":[-1", "environment is missing"},
+        {"\"environment\":[0.", "\"environmenT\":[0.", "environment is missing"},
+        {"\"environment\":2,", "\"environment\":3,", "environment is not sound"},
     };
     hpr_solution *s = random_solution(f->context, 51, 3, 0, 1), *back;
     assert_int_equal(hpr_solution_write(f->context, s, in_folder(f, "a.glb")), HPR_OK);
@@ -257,9 +303,8 @@ static void other_files_are_named(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        IO_TEST(truncated_files_are_refused),
-        IO_TEST(damaged_files_do_no_harm),
-        IO_TEST(unsound_solutions_are_refused),
+        IO_TEST(truncated_files_are_refused),   IO_TEST(damaged_files_do_no_harm),
+        IO_TEST(unsound_solutions_are_refused), IO_TEST(version_1_is_read_as_dark_outside),
         IO_TEST(other_files_are_named),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -34,6 +34,7 @@ static void assert_same(hpr_solution *a, hpr_solution *b)
     assert_int_equal(a->channel_count, b->channel_count);
     for (size_t c = 0; c < a->channel_count; c++)
         assert_string_equal(a->channel_name[c], b->channel_name[c]);
+    assert_memory_equal(a->environment, b->environment, a->channel_count * sizeof(double));
     assert_memory_equal(a->energy, b->energy, a->channel_count * sizeof *a->energy);
     assert_true(isnan(b->summary.residual));
     a->summary.residual = b->summary.residual = 0; /* a NaN in the JSON has no payload */

@@ -71,7 +71,7 @@ static bool integrate_pair(const assembly *a, worker *w, size_t p, size_t q)
         return false;
     w->done.pair_count++;
     w->done.blocked_count += task.blocker_count > 0;
-    w->done.short_count += result.status == HPR_BLOCK_SHORT;
+    w->done.short_count += result.status >= HPR_BLOCK_SHORT;
     return true;
 }
 

@@ -75,6 +75,9 @@ typedef struct hpr_solve_summary {
     double blocked_tolerance; /**< of the others, relative to themselves or to the sender's share of the area:
                                  by their number, 1e-6 to 0.03; 0 if they are sampled */
     size_t short_count;       /**< blocks that stopped short of theirs */
+    /** Largest estimated error of an entry of the (dimensionless) blocks between elements, rounding of the
+     *  coordinates included: of those that are not sampled, and a guess for those that are. */
+    double block_error, sampled_error;
     int sweeps;
     double residual; /**< relative, of the last sweep */
     int occluded;    /**< 1 if some pair of patches may be blocked */

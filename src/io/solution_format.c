@@ -87,6 +87,8 @@ const hpr_field *hpr_summary_fields(size_t *count)
         {"blockToleranceUsed", HPR_FIELD_DOUBLE, AT(block_tolerance), 1},
         {"blockedTolerance", HPR_FIELD_DOUBLE, AT(blocked_tolerance), 2},
         {"shortCount", HPR_FIELD_SIZE, AT(short_count), 1},
+        {"blockError", HPR_FIELD_DOUBLE, AT(block_error), 3},
+        {"sampledError", HPR_FIELD_DOUBLE, AT(sampled_error), 3},
         {"sweeps", HPR_FIELD_INT, AT(sweeps), 1},
         {"residual", HPR_FIELD_DOUBLE, AT(residual), 1},
         {"occluded", HPR_FIELD_INT, AT(occluded), 1},

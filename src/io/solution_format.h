@@ -1,14 +1,15 @@
 /*
  * The tables of the extension HPRAD_radiosity that its writer and its reader share, and what it holds.
  *
- * The extension stands at the root of the glTF, version 2; a newer one is refused. Version 1 has no
- * environment. Lengths are in metres, light in SI units per channel. It holds no times: the same solution
- * gives the same bytes. An array is an object {bufferView, componentType, components, count}: `count` items
- * of `components` little-endian numbers (uint8, uint32, uint64, float64), tightly packed in that buffer view,
- * which begins at a multiple of 8 bytes in the file; an empty array has no buffer view. 4294967295 means
- * "none". Numbers in the JSON that are not finite are the texts "NaN", "Infinity", "-Infinity".
+ * The extension stands at the root of the glTF, version 3; a newer one is refused. Version 1 has no
+ * environment, version 2 no errors of blocks. Lengths are in metres, light in SI units per channel. It holds
+ * no times: the same solution gives the same bytes. An array is an object {bufferView, componentType,
+ * components, count}: `count` items of `components` little-endian numbers (uint8, uint32, uint64, float64),
+ * tightly packed in that buffer view, which begins at a multiple of 8 bytes in the file; an empty array has
+ * no buffer view. 4294967295 means "none". Numbers in the JSON that are not finite are the texts "NaN",
+ * "Infinity", "-Infinity".
  *
- * - version: 2. scene: the file's name. channels: their names, mostly R, G, B. exposure: see the end
+ * - version: 3. scene: the file's name. channels: their names, mostly R, G, B. exposure: see the end
  * - environment: the radiance from outside, W/m2/sr, one number per channel
  * - patches.count: one per side of a surface; .degenerateCount, .duplicateCount: faces that were left out
  * - patches.shape, .side (uint8): 0 parallelogram, 1 triangle; 1 for the back of a doubleSided face
@@ -46,7 +47,7 @@
 #include "solver/solution.h"
 
 #define HPR_EXTENSION_NAME "HPRAD_radiosity"
-enum { HPR_EXTENSION_VERSION = 2 };
+enum { HPR_EXTENSION_VERSION = 3 };
 
 typedef enum hpr_component { HPR_UINT8, HPR_UINT32, HPR_UINT64, HPR_FLOAT64 } hpr_component;
 

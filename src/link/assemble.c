@@ -17,6 +17,7 @@ typedef struct worker {
     size_t candidate_count;
     double *block; /* [HPR_MAX_BASIS]^2 */
     uint64_t counts[HPR_COUNTER_COUNT];
+    double block_error, sampled_error;
 } worker;
 
 typedef struct assembly {
@@ -260,7 +261,10 @@ static void integrate_pair(const assembly *a, worker *w, size_t l, size_t leaf_i
     w->counts[HPR_COUNT_RAYS] += result.ray_count;
     w->counts[HPR_COUNT_CLIPS] += result.clip_count;
     w->counts[HPR_COUNT_SHORT] += result.status == HPR_BLOCK_SHORT;
+    w->counts[HPR_COUNT_ROUNDED] += result.status == HPR_BLOCK_ROUNDED;
     w->counts[HPR_COUNT_SAMPLED] += result.status == HPR_BLOCK_SAMPLED;
+    double *error = result.status == HPR_BLOCK_SAMPLED ? &w->sampled_error : &w->block_error;
+    *error = fmax(*error, result.error);
 }
 
 static size_t link_of_task(const assembly *a, size_t task)
@@ -331,6 +335,8 @@ static void close_workers(assembly *a)
         for (int c = 0; c < HPR_COUNTER_COUNT; c++)
             hpr_count(a->context, (hpr_counter)c, w->counts[c]);
         a->links->short_count += w->counts[HPR_COUNT_SHORT];
+        a->links->block_error = fmax(a->links->block_error, w->block_error);
+        a->links->sampled_error = fmax(a->links->sampled_error, w->sampled_error);
         hpr_views_cursor_destroy(&w->cursor);
         hpr_block_scratch_destroy(&w->scratch);
         hpr_release(a->context, w->candidate);

@@ -28,6 +28,8 @@ typedef struct hpr_links {
     double tolerance;         /* of blocks that nothing obstructs */
     double blocked_tolerance; /* of the others; 0: they are sampled */
     size_t short_count;       /* blocks that stopped short of it */
+    double block_error;       /* largest estimated error of an entry of those that are not sampled; */
+    double sampled_error;     /* and of those that are */
 } hpr_links;
 
 /* First entry of the block of leaves i (of the link's receiver) and j (of its sender); rows are `*stride`

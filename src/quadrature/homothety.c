@@ -26,14 +26,16 @@ typedef struct chooser {
     void *user;
 } chooser;
 
-/* Twice the area of the triangle from c to the edge, in parameters; 0 if the edge contains c. */
+/* Twice the area of the triangle from c to the edge, in parameters; 0 if the edge contains c, or would but
+ * for the rounding of parameters. */
 static double from_centre(const double a[2], const double b[2], const double c[2])
 {
-    static const double rounding = 1e-14;
+    static const double rounding = 1e-14, parameters = 1e-15;
     double ax = a[0] - c[0], ay = a[1] - c[1], bx = b[0] - c[0], by = b[1] - c[1];
     double area = ax * by - ay * bx;
     double size = hypot(ax, ay) * hypot(bx, by);
-    return fabs(area) > rounding * size ? area : 0;
+    double length = hypot(b[0] - a[0], b[1] - a[1]);
+    return fabs(area) > fmax(rounding * size, parameters * length) ? area : 0;
 }
 
 static bool same(const double a[2], const double b[2])

@@ -100,10 +100,13 @@ typedef struct hpr_solve_summary {
                                  from  blocks that are sampled: of one reflection, were all surfaces equally
                                  bright */
     size_t short_count;       /**< blocks that stopped short of theirs */
-    int solver;               /**< hpr_solver_method that was used last */
-    int sweeps;               /**< applications of the operator; of shooting: shots */
-    double residual;          /**< |D + K rho H - H| / |H|, computed afresh at the end */
-    int occluded;             /**< 1 if some pair of patches may be blocked */
+    /** Largest estimated error of an entry of the (dimensionless) blocks between elements, rounding of the
+     *  coordinates included: of those that are not sampled, and a guess for those that are. */
+    double block_error, sampled_error;
+    int solver;      /**< hpr_solver_method that was used last */
+    int sweeps;      /**< applications of the operator; of shooting: shots */
+    double residual; /**< |D + K rho H - H| / |H|, computed afresh at the end */
+    int occluded;    /**< 1 if some pair of patches may be blocked */
 } hpr_solve_summary;
 
 /**

@@ -171,7 +171,7 @@ static bool take_solver(const char *text, hpr_solver_method *solver)
     return false;
 }
 
-static bool take_path(const char *option, const char *text, const char **path)
+bool cli_path(const char *option, const char *text, const char **path)
 {
     *path = text;
     if (text[0])
@@ -214,7 +214,7 @@ int cli_take_solve_option(cli_solve_settings *settings, int id, const char *valu
     case CLI_OPTION_SCENE_INDEX:
         return cli_integer("--scene-index", value, 0, INT_MAX, &read->scene_index);
     case CLI_OPTION_REPORT:
-        return take_path("--report", value, &settings->report_path);
+        return cli_path("--report", value, &settings->report_path);
     case CLI_OPTION_TOLERANCE:
         if (cli_positive("--tol", value, INFINITY, false, &tolerance))
             cli_complain("--tol '%s': this version cannot adapt to a tolerance yet; choose --order and "

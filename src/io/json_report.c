@@ -64,6 +64,7 @@ static void add_counters(cJSON *root, const hpr_context *ctx, bool *ok)
         [HPR_COUNT_PAIRS_PARTIAL] = "pairs_partial",
         [HPR_COUNT_SAMPLED] = "blocks_sampled",
         [HPR_COUNT_SHORT] = "blocks_short",
+        [HPR_COUNT_ROUNDED] = "blocks_rounded",
     };
     cJSON *counters = hpr_json_object(root, "counters", ok);
     for (int i = 0; i < HPR_COUNTER_COUNT; i++) {
@@ -103,6 +104,9 @@ static void add_accuracy(cJSON *root, const hpr_solve_summary *summary, bool *ok
     hpr_json_number(solver, "residual", summary->residual, ok);
     hpr_json_number(solver, "blocks_short", (double)summary->short_count, ok);
     hpr_json_bool(solver, "occluded", summary->occluded, ok);
+    cJSON *quadrature = hpr_json_object(root, "quadrature", ok);
+    hpr_json_number(quadrature, "block_error", summary->block_error, ok);
+    hpr_json_number(quadrature, "sampled_error", summary->sampled_error, ok);
     hpr_json_null(root, "error_estimate", ok); /* until there is one of the whole */
     hpr_json_number(root, "visibility_error", summary->visibility_error, ok);
 }

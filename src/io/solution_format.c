@@ -93,6 +93,8 @@ const hpr_field *hpr_summary_fields(size_t *count)
         {"blockedTolerance", HPR_FIELD_DOUBLE, AT(blocked_tolerance), 2},
         {"visibilityError", HPR_FIELD_DOUBLE, AT(visibility_error), 3},
         {"shortCount", HPR_FIELD_SIZE, AT(short_count), 1},
+        {"blockError", HPR_FIELD_DOUBLE, AT(block_error), 3},
+        {"sampledError", HPR_FIELD_DOUBLE, AT(sampled_error), 3},
         {"sweeps", HPR_FIELD_INT, AT(sweeps), 1},
         {"residual", HPR_FIELD_DOUBLE, AT(residual), 1},
         {"occluded", HPR_FIELD_INT, AT(occluded), 1},

@@ -20,6 +20,7 @@ typedef struct worker {
     size_t candidate_count;
     uint32_t recv_patch, send_patch; /* the pair of patches that the candidates belong to */
     uint64_t counts[HPR_COUNTER_COUNT];
+    double block_error, sampled_error;
 } worker;
 
 typedef struct assembly {
@@ -284,8 +285,11 @@ static void integrate_near(const assembly *a, worker *w, hpr_block_task *task, s
     w->counts[HPR_COUNT_KERNEL] += result.kernel_count;
     w->counts[HPR_COUNT_RAYS] += result.ray_count;
     w->counts[HPR_COUNT_CLIPS] += result.clip_count;
-    w->counts[HPR_COUNT_SHORT] += result.stopped_short && !result.sampled;
-    w->counts[HPR_COUNT_SAMPLED] += result.sampled;
+    w->counts[HPR_COUNT_SHORT] += result.status == HPR_BLOCK_SHORT;
+    w->counts[HPR_COUNT_ROUNDED] += result.status == HPR_BLOCK_ROUNDED;
+    w->counts[HPR_COUNT_SAMPLED] += result.status == HPR_BLOCK_SAMPLED;
+    double *error = result.status == HPR_BLOCK_SAMPLED ? &w->sampled_error : &w->block_error;
+    *error = fmax(*error, result.error);
     a->sampled2[l] = hpr_blocked_error2(&a->blocked, task, &result);
 }
 
@@ -369,6 +373,8 @@ static void close_workers(assembly *a)
         for (int c = 0; c < HPR_COUNTER_COUNT; c++)
             hpr_count(a->context, (hpr_counter)c, w->counts[c]);
         a->links->short_count += w->counts[HPR_COUNT_SHORT];
+        a->links->block_error = fmax(a->links->block_error, w->block_error);
+        a->links->sampled_error = fmax(a->links->sampled_error, w->sampled_error);
         hpr_views_cursor_destroy(&w->cursor);
         hpr_block_scratch_destroy(&w->scratch);
         hpr_release(a->context, w->candidate);

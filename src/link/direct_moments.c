@@ -61,7 +61,8 @@ static void add_emitter(const projection *p, worker *w, size_t leaf, size_t k)
     w->counts[HPR_COUNT_KERNEL] += result.kernel_count;
     w->counts[HPR_COUNT_RAYS] += result.ray_count;
     w->counts[HPR_COUNT_CLIPS] += result.clip_count;
-    w->counts[HPR_COUNT_SHORT] += result.stopped_short || result.sampled;
+    w->counts[HPR_COUNT_SHORT] += result.status >= HPR_BLOCK_SHORT;
+    w->counts[HPR_COUNT_ROUNDED] += result.status == HPR_BLOCK_ROUNDED;
 }
 
 static void project_all(const projection *p, worker *workers, hpr_context *ctx)

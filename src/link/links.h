@@ -33,6 +33,8 @@ typedef struct hpr_links {
     double
         sampling_error; /* of the irradiance, relative, from the rays of sampled blocks, see link/blocked.h */
     size_t short_count; /* blocks that stopped short of it */
+    double block_error; /* largest estimated error of an entry of those that are not sampled; */
+    double sampled_error; /* and of those that are */
 } hpr_links;
 
 /* What the operator has to satisfy. */

@@ -49,6 +49,25 @@ hpr_cell hpr_cell_triangle(const double p0[2], const double p1[2], const double 
                       .edge2 = {p2[0] - p0[0], p2[1] - p0[1]}};
 }
 
+void hpr_frame_chord(hpr_shape shape, const double from[2], const double to[2], double chord[2])
+{
+    /* side >= 0 inside: s, t, and 1 - s - t or 1 - s, 1 - t */
+    double ds = to[0] - from[0], dt = to[1] - from[1];
+    bool triangle = shape == HPR_SHAPE_TRIANGLE;
+    const double side[4] = {from[0], from[1], 1 - from[0] - (triangle ? from[1] : 0), 1 - from[1]};
+    const double slope[4] = {ds, dt, -ds - (triangle ? dt : 0), -dt};
+    chord[0] = -INFINITY;
+    chord[1] = INFINITY;
+    for (int i = 0; i < (triangle ? 3 : 4); i++) {
+        if (slope[i] > 0)
+            chord[0] = fmax(chord[0], -side[i] / slope[i]);
+        else if (slope[i] < 0)
+            chord[1] = fmin(chord[1], -side[i] / slope[i]);
+    }
+    chord[0] = fmin(chord[0], 0);
+    chord[1] = fmax(chord[1], 1);
+}
+
 int hpr_cell_corners(const hpr_element_frame *frame, const hpr_cell *cell, hpr_vec3 corner[4])
 {
     hpr_vec3 o = hpr_frame_point(frame, cell->origin[0], cell->origin[1]);

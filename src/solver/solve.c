@@ -295,6 +295,8 @@ static void summarise_links(hpr_solution *solution, const hpr_links *links)
     summary->blocked_tolerance = links->blocked_tolerance;
     summary->visibility_error = links->sampling_error;
     summary->short_count = links->short_count;
+    summary->block_error = links->block_error;
+    summary->sampled_error = links->sampled_error;
     summary->occluded = links->occluded;
     if (links->short_count)
         hpr_warn(solution->context, "%zu kernel blocks stopped short of their tolerance", links->short_count);

@@ -25,10 +25,12 @@ static hpr_status copy_text(hpr_context *ctx, const char *text, char **copy)
     return *copy ? HPR_OK : hpr_fail(ctx, HPR_ERR_MEMORY, "out of memory: the name of an output file");
 }
 
-/* A file that the shell has opened (/dev/stdout) may be a regular one, but is not ours to replace. */
+/* A file that the shell has opened (/dev/stdout) may be a regular one, but is not ours to replace; those in
+ * shared memory are files like any other. */
 static bool written_directly(const char *path, const struct stat *info)
 {
-    return !S_ISREG(info->st_mode) || !strncmp(path, "/dev/", 5) || !strncmp(path, "/proc/", 6);
+    bool device = !strncmp(path, "/dev/", 5) && strncmp(path, "/dev/shm/", 9) != 0;
+    return !S_ISREG(info->st_mode) || device || !strncmp(path, "/proc/", 6);
 }
 
 /* Finds out what stands under the name: *direct, or the file to replace in file->target. */

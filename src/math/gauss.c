@@ -1,5 +1,6 @@
 #include "math/gauss.h"
 
+#include <float.h>
 #include <math.h>
 
 /* P_n^(a,0) and its derivative at x in (-1,1). */
@@ -41,7 +42,7 @@ static void gauss_jacobi(int n, double a, hpr_gauss_rule *rule)
                 deflation += 1 / (x - root[j]);
             double change = value / (derivative - value * deflation);
             x -= change;
-            if (fabs(change) < 1e-16)
+            if (fabs(change) <= DBL_EPSILON)
                 break;
         }
         root[i] = x;

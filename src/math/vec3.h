@@ -62,9 +62,24 @@ static inline hpr_vec3 hpr_cross(hpr_vec3 a, hpr_vec3 b)
     return (hpr_vec3){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
+/* The length of x y z whose sum of squares this is: where that over- or underflows it is formed anew. */
+static inline double hpr_length_of(double square, double x, double y, double z)
+{
+    if (square > 0x1p-960 && square < 0x1p1000)
+        return sqrt(square);
+    double largest = fmax(fmax(fabs(x), fabs(y)), fabs(z));
+    if (!(largest > 0 && largest < INFINITY))
+        return largest;
+    int e = ilogb(largest);
+    x = ldexp(x, -e);
+    y = ldexp(y, -e);
+    z = ldexp(z, -e);
+    return ldexp(sqrt(x * x + y * y + z * z), e);
+}
+
 static inline double hpr_length(hpr_vec3 a)
 {
-    return sqrt(hpr_dot(a, a));
+    return hpr_length_of(hpr_dot(a, a), a.x, a.y, a.z);
 }
 
 /* The same on arrays of three. A result may be one of its arguments, except for the cross product's. */
@@ -96,7 +111,7 @@ static inline void hpr_add_scaled3(const double a[3], double factor, const doubl
 
 static inline double hpr_length3(const double a[3])
 {
-    return sqrt(hpr_dot3(a, a));
+    return hpr_length_of(hpr_dot3(a, a), a[0], a[1], a[2]);
 }
 
 #endif

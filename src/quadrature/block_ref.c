@@ -1,6 +1,7 @@
 /* The simple evaluation of kernel blocks: one group of points after the other, one receiver point at a time.
  */
 #include "quadrature/block.h"
+#include "quadrature/flat.h"
 #include "quadrature/homothety.h"
 #include "quadrature/sampled.h"
 
@@ -62,6 +63,7 @@ typedef struct evaluation {
     const hpr_quadrature *quadrature;
     const hpr_block_task *task;
     const hpr_pair *pair;
+    double scale; /* from metres to the pair's unit of length */
     size_t n_recv, n_send;
     double *block;
     /* of the block's sum and of those that homotheties are to be applied to: estimated error, and the sum of
@@ -235,15 +237,35 @@ static double first_value(const hpr_element_frame *frame)
     return 1 / (sqrt(frame->area_m2) * hpr_basis_scale(frame->shape, frame->area_m2));
 }
 
+/* A frame in other units of length. */
+static hpr_element_frame rescaled(const hpr_element_frame *frame, double scale)
+{
+    hpr_element_frame f = *frame;
+    f.origin = hpr_scale(f.origin, scale);
+    f.edge1 = hpr_scale(f.edge1, scale);
+    f.edge2 = hpr_scale(f.edge2, scale);
+    f.area_m2 *= scale * scale;
+    return f;
+}
+
+/* A power of two that makes the longer edges about 1 long, so that no fourth power of a distance runs over.
+ */
+static double unit_scale(const hpr_block_task *task)
+{
+    double longest = fmax(fmax(hpr_length(task->recv.edge1), hpr_length(task->recv.edge2)),
+                          fmax(hpr_length(task->send.edge1), hpr_length(task->send.edge2)));
+    return longest > 0 && longest < INFINITY ? ldexp(1, -ilogb(longest)) : 1;
+}
+
 /* The blockers as polygons, moved like the pair. */
-static void set_blockers(const hpr_block_task *task, hpr_pair *pair, hpr_convex *blocker)
+static void set_blockers(const hpr_block_task *task, double scale, hpr_pair *pair, hpr_convex *blocker)
 {
     const hpr_convex *outline = hpr_visibility_outlines(task->visibility);
     for (size_t i = 0; i < task->blocker_count; i++) {
         const hpr_convex *whole = &outline[task->blockers[i]];
         blocker[i].count = whole->count;
         for (int k = 0; k < whole->count; k++)
-            blocker[i].corner[k] = hpr_sub(whole->corner[k], task->recv.origin);
+            blocker[i].corner[k] = hpr_scale(hpr_sub(whole->corner[k], task->recv.origin), scale);
     }
     pair->blocker = blocker;
     pair->blocker_count = (int)task->blocker_count;
@@ -254,13 +276,14 @@ static void set_blockers(const hpr_block_task *task, hpr_pair *pair, hpr_convex 
  * of a closed box whose corners are rounded to float32 leave such slits. Bound: K^00 of the slit's share of
  * the smaller element, all of it seen squarely from the distance of the two centres.
  */
-static double slit_block(const hpr_block_task *task)
+static double slit_block(const hpr_pair *pair, double contact)
 {
     static const double slits = 4;
-    double smaller = fmin(task->recv.area_m2, task->send.area_m2);
-    hpr_vec3 gap = hpr_sub(hpr_frame_point(&task->recv, 0.5, 0.5), hpr_frame_point(&task->send, 0.5, 0.5));
+    const hpr_element_frame *recv = &pair->recv, *send = &pair->send;
+    double smaller = fmin(recv->area_m2, send->area_m2);
+    hpr_vec3 gap = hpr_sub(hpr_frame_point(recv, 0.5, 0.5), hpr_frame_point(send, 0.5, 0.5));
     double square = fmax(hpr_dot(gap, gap), smaller);
-    return slits * task->contact_m / sqrt(smaller) * sqrt(task->recv.area_m2 * task->send.area_m2) /
+    return slits * contact / sqrt(smaller) * sqrt(recv->area_m2 * send->area_m2) /
            (3.14159265358979323846 * square);
 }
 
@@ -278,7 +301,7 @@ static hpr_rule_demand prepare(evaluation *e, hpr_pair *pair)
     const hpr_block_task *task = e->task;
     hpr_rule_demand demand = {.tolerance = task->tolerance,
                               .negligible = task->negligible,
-                              .contact_m = task->contact_m,
+                              .contact_m = task->contact_m * e->scale,
                               .least_nodes = 1};
     bool clip = task->clip && task->blocker_count <= HPR_CLIP_BLOCKERS;
     e->sampled = task->blocker_count && !clip;
@@ -289,7 +312,7 @@ static hpr_rule_demand prepare(evaluation *e, hpr_pair *pair)
         /* parts are many cells, each with nodes of its own */
         demand.least_nodes = parts ? 2 : degree > 1 ? degree + 2 : 3;
     } else if (task->blocker_count)
-        set_blockers(task, pair, e->scratch->blocker);
+        set_blockers(task, e->scale, pair, e->scratch->blocker);
     pair->recv_part = task->recv_part;
     pair->send_part = task->send_part;
     pair->recv_part_count = task->recv_part_count;
@@ -329,10 +352,15 @@ hpr_block_result hpr_block_ref(const hpr_quadrature *quadrature, const hpr_block
 {
     hpr_block_result result = {0};
     hpr_pair pair;
-    hpr_pair_init(&pair, &task->recv, &task->send);
+    double scale = unit_scale(task);
+    const hpr_element_frame recv = rescaled(&task->recv, scale), send = rescaled(&task->send, scale);
+    hpr_pair_init(&pair, &recv, &send);
+    if (!task->blocker_count)
+        hpr_pair_flatten(&pair, task->contact_m * scale);
     evaluation e = {.quadrature = quadrature,
                     .task = task,
                     .pair = &pair,
+                    .scale = scale,
                     .n_recv = hpr_basis_count(task->recv.shape, task->recv.degree),
                     .n_send = hpr_basis_count(task->send.shape, task->send.degree),
                     .block = block,
@@ -347,15 +375,15 @@ hpr_block_result hpr_block_ref(const hpr_quadrature *quadrature, const hpr_block
         hpr_rules_choose(&quadrature->gauss, &pair, &demand, &scratch->choice, add_rule, &e);
     for (int level = outcome.centre_count; level > 0; level--)
         apply_homothety(&e, level, &outcome.centre[level - 1]);
-    double factor = area_factor(&task->recv) * area_factor(&task->send);
-    double exchange = outcome.exchange_m2 / sqrt(task->recv.area_m2 * task->send.area_m2);
+    double factor = area_factor(&recv) * area_factor(&send);
+    double exchange = outcome.exchange_m2 / sqrt(recv.area_m2 * send.area_m2);
     for (size_t i = 0; i < count; i++)
         block[i] *= factor;
     if (e.sampled)
         result.sampling_error = factor * sampling_error(&e);
     block[0] += exchange;
     bool by_parts = pair.blocker_count || pair.recv_part_count || pair.send_part_count;
-    result.seen = outcome.seen && !(by_parts && block[0] <= slit_block(task));
+    result.seen = outcome.seen && !(by_parts && block[0] <= slit_block(&pair, demand.contact_m));
     if (!result.seen)
         memset(block, 0, count * sizeof *block);
     estimate error = {0, 0};

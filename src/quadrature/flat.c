@@ -1,0 +1,109 @@
+/*
+ * Pairs in planes that nearly agree. A height that is a millionth of the size has lost six digits if it is
+ * formed with a normal of double precision, and heights of either side that lost them independently belong to
+ * no pair of planes: fluxes err by as much. So both are seen in coordinates in which one plane is z = 0: the
+ * other side's z are triple products in twice the digits, and all else follows from them. Source: the
+ * error-free product of Dekker 1971 and sum of Knuth 1969, as in Shewchuk 1997.
+ */
+#include "quadrature/flat.h"
+
+#include <math.h>
+
+/* A number as the sum of two doubles. */
+typedef struct twofold {
+    double high, low;
+} twofold;
+
+static twofold sum(twofold a, twofold b)
+{
+    double s = a.high + b.high, t = s - a.high;
+    double error = (a.high - (s - t)) + (b.high - t) + (a.low + b.low), high = s + error;
+    return (twofold){high, error - (high - s)};
+}
+
+static twofold product(double a, double b)
+{
+    double p = a * b;
+    return (twofold){p, fma(a, b, -p)};
+}
+
+static twofold times(twofold a, double b)
+{
+    twofold p = product(a.high, b);
+    p.low += a.low * b;
+    double high = p.high + p.low;
+    return (twofold){high, p.low - (high - p.high)};
+}
+
+/* a b - c d */
+static twofold minor(double a, double b, double c, double d)
+{
+    return sum(product(a, b), product(-c, d));
+}
+
+/* (edge1 x edge2) . v */
+static double triple(const hpr_element_frame *f, hpr_vec3 v)
+{
+    hpr_vec3 a = f->edge1, b = f->edge2;
+    twofold x = times(minor(a.y, b.z, a.z, b.y), v.x), y = times(minor(a.z, b.x, a.x, b.z), v.y);
+    return sum(sum(x, y), times(minor(a.x, b.y, a.y, b.x), v.z)).high;
+}
+
+typedef struct axes {
+    hpr_vec3 x, y;
+    const hpr_element_frame *base;
+    double twice; /* |edge1 x edge2| */
+} axes;
+
+static hpr_vec3 turned(const axes *a, hpr_vec3 v)
+{
+    return (hpr_vec3){hpr_dot(a->x, v), hpr_dot(a->y, v), triple(a->base, v) / a->twice};
+}
+
+static double largest(double a, double b, double c, double d)
+{
+    return fmax(fmax(fabs(a), fabs(b)), fmax(fabs(c), fabs(d)));
+}
+
+static bool is_flat(const hpr_pair *pair)
+{
+    static const double flat = 0.02;
+    const hpr_affine *h = &pair->send_height;
+    double last = pair->send.shape == HPR_SHAPE_PARALLELOGRAM ? h->at_origin + h->along1 + h->along2 : 0;
+    double highest = largest(h->at_origin, h->at_origin + h->along1, h->at_origin + h->along2, last);
+    double longest = fmax(fmax(hpr_length(pair->recv.edge1), hpr_length(pair->recv.edge2)),
+                          fmax(hpr_length(pair->send.edge1), hpr_length(pair->send.edge2)));
+    return highest < flat * longest;
+}
+
+/* Points nearer to the plane than that touch it. */
+static double snapped(double z, double contact)
+{
+    return fabs(z) <= contact ? 0 : z;
+}
+
+void hpr_pair_flatten(hpr_pair *pair, double contact)
+{
+    if (!is_flat(pair))
+        return;
+    hpr_element_frame recv = pair->recv, send = pair->send;
+    axes a = {.base = &pair->recv};
+    a.x = hpr_scale(recv.edge1, 1 / hpr_length(recv.edge1));
+    a.y = hpr_cross(recv.normal, a.x);
+    a.twice = recv.shape == HPR_SHAPE_TRIANGLE ? 2 * recv.area_m2 : recv.area_m2;
+    recv.edge1 = (hpr_vec3){hpr_length(recv.edge1), 0, 0};
+    recv.edge2 = (hpr_vec3){hpr_dot(a.x, recv.edge2), a.twice / recv.edge1.x, 0};
+    recv.normal = (hpr_vec3){0, 0, 1};
+    hpr_vec3 origin = turned(&a, send.origin), edge1 = turned(&a, send.edge1), edge2 = turned(&a, send.edge2);
+    double z0 = snapped(origin.z, contact), z1 = snapped(origin.z + edge1.z, contact),
+           z2 = snapped(origin.z + edge2.z, contact);
+    origin.z = z0;
+    edge1.z = z1 - z0;
+    edge2.z = z2 - z0;
+    hpr_vec3 across = hpr_cross(edge1, edge2);
+    send.origin = origin;
+    send.edge1 = edge1;
+    send.edge2 = edge2;
+    send.normal = hpr_scale(across, 1 / hpr_length(across));
+    hpr_pair_init(pair, &recv, &send);
+}

@@ -1,0 +1,14 @@
+/* Pairs in planes that nearly agree, in coordinates that keep the digits of the heights. */
+#ifndef HPR_QUADRATURE_FLAT_H
+#define HPR_QUADRATURE_FLAT_H
+
+#include "quadrature/pair.h"
+
+/*
+ * Turns a pair whose sender hardly rises over the receiver's plane, so that that plane is z = 0; others are
+ * left as they are. Corners of the sender nearer to the plane than `contact` are put into it. To be called
+ * before blockers or parts are set.
+ */
+void hpr_pair_flatten(hpr_pair *pair, double contact);
+
+#endif

@@ -55,7 +55,7 @@ typedef struct hpr_solve_options {
 
 /**
  * Order, subdivide and feet are HPR_CHOOSE: HPR_DEFAULT_ORDER, HPR_DEFAULT_SUBDIVIDE and HPR_DEFAULT_FEET
- * where the scene then has at most 10,000 coefficients, else coarser, down to one constant per patch, with a
+ * where the scene then has at most 12,000 coefficients, else coarser, down to one constant per patch, with a
  * warning that says which. What was chosen is in hpr_solve_summary.
  */
 HPR_API void hpr_solve_options_init(hpr_solve_options *options);

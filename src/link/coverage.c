@@ -1,8 +1,8 @@
 #include "link/coverage.h"
 
 #include "basis/basis.h"
+#include "link/shut.h"
 #include "math/dense.h"
-#include "quadrature/cuts.h"
 #include "quadrature/rule.h"
 
 #include <stdlib.h>
@@ -49,7 +49,9 @@ typedef struct search {
     uint32_t patch;
     foot *feet;
     size_t foot_count, foot_capacity;
-    bool faced; /* some patch lies against the patch */
+    bool faced;         /* some patch lies against the patch */
+    hpr_region *region; /* all patches cut at their feet */
+    size_t *first_region, region_capacity;
 } search;
 
 void hpr_coverage_destroy(hpr_coverage **out)
@@ -244,28 +246,23 @@ static bool lies_against(const search *s, const double point[3])
     return false;
 }
 
-/* Are backs of single-sided patches all that the point sees? By directions on a Fibonacci lattice, cosine
- * distributed. */
-static bool sees_only_backs(const search *s, const double point[3])
+/* In its parameters, which are those of its leaves as well. */
+static hpr_polygon patch_outline(const hpr_patches *patches, size_t patch)
 {
-    enum { DIRECTIONS = 64 };
-    static const double golden = 2.39996322972865332;
-    const hpr_patches *patches = s->coverage->patches;
-    hpr_vec3 n = hpr_vec3_load(patches->normal + 3 * (size_t)s->patch);
-    hpr_vec3 u = hpr_vec3_load(patches->edge1 + 3 * (size_t)s->patch);
-    u = hpr_scale(u, 1 / hpr_length(u));
-    hpr_vec3 v = hpr_cross(n, u);
-    for (int i = 0; i < DIRECTIONS; i++) {
-        double square = (i + 0.5) / DIRECTIONS, radius = sqrt(square), direction[3];
-        bool back = false;
-        hpr_vec3 d = hpr_madd(hpr_scale(n, sqrt(1 - square)), radius * cos(i * golden), u);
-        hpr_vec3_store(direction, hpr_madd(d, radius * sin(i * golden), v));
-        hpr_hit hit =
-            hpr_visibility_first_hit(s->visibility, point, direction, s->slack, INFINITY, false, &back);
-        if (hit.patch == HPR_NONE || !back)
-            return false;
+    return patches->shape[patch] == HPR_SHAPE_TRIANGLE ? (hpr_polygon){3, {{0, 0}, {1, 0}, {0, 1}}}
+                                                       : (hpr_polygon){4, {{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+}
+
+/* The mean of a polygon's corners, in space. */
+static void patch_middle(const hpr_patches *patches, size_t patch, const hpr_polygon *piece, double point[3])
+{
+    for (size_t k = 0; k < 3; k++) {
+        point[k] = patches->origin[3 * patch + k];
+        for (int i = 0; i < piece->count; i++)
+            point[k] += (piece->corner[i][0] * patches->edge1[3 * patch + k] +
+                         piece->corner[i][1] * patches->edge2[3 * patch + k]) /
+                        piece->count;
     }
-    return true;
 }
 
 static bool is_covered(const search *s, uint32_t node, const hpr_polygon *piece)
@@ -278,7 +275,10 @@ static bool is_covered(const search *s, uint32_t node, const hpr_polygon *piece)
     }
     for (size_t k = 0; k < 3; k++)
         point[k] = e->origin[3 * node + k] + at[0] * e->edge1[3 * node + k] + at[1] * e->edge2[3 * node + k];
-    return lies_against(s, point) || sees_only_backs(s, point);
+    double u, v;
+    hpr_patch_parameters(s->coverage->patches, s->patch, point, &u, &v);
+    return lies_against(s, point) ||
+           (s->foot_count && s->region[hpr_region_at(s->region, s->first_region, s->patch, u, v)].shut);
 }
 
 /* A foot in the parameters of a leaf. */
@@ -368,8 +368,7 @@ static hpr_status trim_leaf(search *s, size_t leaf)
     static const double nothing = 1e-6; /* an open part this small of a leaf is the cuts' rounding */
     uint32_t node = s->coverage->elements->leaf[leaf];
     bool triangle = s->coverage->patches->shape[s->patch] == HPR_SHAPE_TRIANGLE;
-    hpr_polygon whole = triangle ? (hpr_polygon){3, {{0, 0}, {1, 0}, {0, 1}}}
-                                 : (hpr_polygon){4, {{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+    hpr_polygon whole = patch_outline(s->coverage->patches, s->patch);
     double slack = s->slack / sqrt(s->coverage->elements->area_m2[node]);
     hpr_cuts cuts;
     trimmed t = {0};
@@ -410,10 +409,52 @@ static hpr_status prepare(search *s)
     return status;
 }
 
+/* The patch cut at its feet. */
+static hpr_status add_regions(search *s)
+{
+    const hpr_patches *patches = s->coverage->patches;
+    double slack = s->slack / sqrt(patches->area_m2[s->patch]), point[3];
+    size_t first = s->first_region[s->patch];
+    hpr_polygon whole = patch_outline(patches, s->patch);
+    hpr_cuts cuts;
+    hpr_cuts_init(&cuts, &whole);
+    for (size_t i = 0; i < s->foot_count; i++)
+        hpr_cuts_segment(&cuts, s->feet[i].from, s->feet[i].to, slack);
+    hpr_status status = hpr_grow(s->coverage->context, &s->region, &s->region_capacity,
+                                 first + (size_t)cuts.count, sizeof *s->region);
+    for (int i = 0; status == HPR_OK && i < cuts.count; i++) {
+        patch_middle(patches, s->patch, &cuts.piece[i], point);
+        s->region[first + (size_t)i] =
+            (hpr_region){.outline = cuts.piece[i], .patch = s->patch, .covered = lies_against(s, point)};
+    }
+    s->first_region[s->patch + 1] = first + (size_t)cuts.count;
+    return status;
+}
+
+/* Which regions are shut; none if no patch has a foot on it. */
+static hpr_status find_regions(search *s)
+{
+    const hpr_patches *patches = s->coverage->patches;
+    bool found = false;
+    hpr_status status = hpr_allocate_into(s->coverage->context, &s->first_region, patches->count + 1,
+                                          sizeof *s->first_region, "covered elements");
+    for (s->patch = 0; status == HPR_OK && s->patch < patches->count; s->patch++) {
+        status = find_feet(s);
+        found |= s->foot_count > 0;
+        if (status == HPR_OK)
+            status = add_regions(s);
+    }
+    if (status == HPR_OK && found)
+        status = prepare(s);
+    if (status == HPR_OK && found)
+        status = hpr_regions_shut(s->visibility, s->slack, s->region, s->first_region);
+    return status;
+}
+
 static hpr_status trim_all(search *s)
 {
     const hpr_elements *e = s->coverage->elements;
-    hpr_status status = HPR_OK;
+    hpr_status status = find_regions(s);
     for (s->patch = 0; status == HPR_OK && s->patch < s->coverage->patches->count; s->patch++) {
         status = find_feet(s);
         if (status != HPR_OK || (s->foot_count == 0 && !s->faced))
@@ -450,7 +491,7 @@ hpr_status hpr_coverage_create(const hpr_patches *patches, const hpr_elements *e
             status = trim_all(&s);
     }
     hpr_visibility_destroy(&s.visibility);
-    void *arrays[] = {s.gauss, s.feet, s.box};
+    void *arrays[] = {s.gauss, s.feet, s.box, s.region, s.first_region};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
         hpr_release(ctx, arrays[i]);
     if (status != HPR_OK)
@@ -490,25 +531,12 @@ double hpr_coverage_open_share(const hpr_coverage *coverage, size_t leaf)
     return trim ? trim->share : 1;
 }
 
-static bool polygon_holds(const hpr_polygon *polygon, double s, double t)
-{
-    static const double rounding = 1e-12;
-    int left = 0, right = 0;
-    for (int i = 0; i < polygon->count; i++) {
-        const double *a = polygon->corner[i], *b = polygon->corner[(i + 1) % polygon->count];
-        double turn = (b[0] - a[0]) * (t - a[1]) - (b[1] - a[1]) * (s - a[0]);
-        left += turn > rounding;
-        right += turn < -rounding;
-    }
-    return !left || !right;
-}
-
 bool hpr_coverage_open(const hpr_coverage *coverage, size_t leaf, double s, double t)
 {
     const trimmed *trim = trim_of(coverage, leaf);
     bool open = !trim;
     for (int i = 0; !open && i < trim->piece_count; i++)
-        open = polygon_holds(&trim->piece[i], s, t);
+        open = hpr_polygon_holds(&trim->piece[i], s, t);
     return open;
 }
 

@@ -21,8 +21,8 @@ typedef struct hpr_coverage hpr_coverage;
 
 /*
  * Finds the covered parts: each patch is cut along the lines in which other patches meet its plane; a piece
- * is covered if it lies against a patch that faces it, or if all that its points see are backs of
- * single-sided patches, as under a closed block. In a scene of more than 20,000 patches all counts as open.
+ * is covered if it lies against a patch that faces it, or if no light can come there, as under a closed block
+ * (link/shut.h). In a scene of more than 20,000 patches all counts as open.
  * Errors: HPR_ERR_MEMORY, HPR_ERR_DEVICE.
  */
 hpr_status hpr_coverage_create(const hpr_patches *patches, const hpr_elements *elements,

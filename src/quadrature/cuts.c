@@ -30,6 +30,19 @@ hpr_polygon hpr_polygon_half(const hpr_polygon *polygon, const hpr_affine *f, do
     return half;
 }
 
+bool hpr_polygon_holds(const hpr_polygon *polygon, double s, double t)
+{
+    static const double rounding = 1e-12;
+    int left = 0, right = 0;
+    for (int i = 0; i < polygon->count; i++) {
+        const double *a = polygon->corner[i], *b = polygon->corner[(i + 1) % polygon->count];
+        double turn = (b[0] - a[0]) * (t - a[1]) - (b[1] - a[1]) * (s - a[0]);
+        left += turn > rounding;
+        right += turn < -rounding;
+    }
+    return !left || !right;
+}
+
 void hpr_cuts_init(hpr_cuts *pieces, const hpr_polygon *polygon)
 {
     static const double sliver = 1e-14;

@@ -14,6 +14,9 @@ typedef struct hpr_cuts {
 
 double hpr_polygon_area(const hpr_polygon *polygon);
 
+/* Is the point in it, or on its border within rounding? */
+bool hpr_polygon_holds(const hpr_polygon *polygon, double s, double t);
+
 /* The polygon as the only piece. */
 void hpr_cuts_init(hpr_cuts *pieces, const hpr_polygon *polygon);
 

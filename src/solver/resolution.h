@@ -6,9 +6,9 @@
 
 #include <hprad/solve.h>
 
-/* So many coefficients are what a chosen resolution may have, elements quartered at feet not counted: about
- * ten seconds of the Cornell box, a minute of a furnished room. */
-enum { HPR_RESOLUTION_DOFS = 10000 };
+/* So many coefficients are what a chosen resolution may have, elements quartered at feet not counted: at
+ * most half a gigabyte of blocks, and 10 to 20 s of a furnished room. */
+enum { HPR_RESOLUTION_DOFS = 12000 };
 
 /*
  * Replaces HPR_CHOOSE in order, subdivide and feet. Tried from fine to coarse are

@@ -57,10 +57,63 @@ static void many_legs_on_one_element_cover_their_area(void **state)
     room_close(&room);
 }
 
+/* A room of 1 m, faces inward, its ceiling a lamp; in it a cupboard at the wall x = 0 and on the floor, which
+ * has neither a back nor a bottom of its own, its other faces outward. lamp: M of a plate in it that faces
+ * the wall. */
+static void cupboard_shares(double lamp, double *floor, double *wall)
+{
+    static const double rho[6] = {0.5, 0.5, 0.5, 0.5, 0.5, 0.5}, shine[6] = {0, 0, 0, 0, 0, 1};
+    static const double faces[4][4][3] = {{{0.4, 0.3, 0}, {0.4, 0.7, 0}, {0.4, 0.7, 0.5}, {0.4, 0.3, 0.5}},
+                                          {{0, 0.3, 0}, {0.4, 0.3, 0}, {0.4, 0.3, 0.5}, {0, 0.3, 0.5}},
+                                          {{0, 0.7, 0}, {0, 0.7, 0.5}, {0.4, 0.7, 0.5}, {0.4, 0.7, 0}},
+                                          {{0, 0.3, 0.5}, {0.4, 0.3, 0.5}, {0.4, 0.7, 0.5}, {0, 0.7, 0.5}}};
+    static const double plate[4][3] = {{0.2, 0.4, 0.2}, {0.2, 0.4, 0.4}, {0.2, 0.6, 0.4}, {0.2, 0.6, 0.2}};
+    hpr_room room = room_open(2);
+    hpr_patches *patches = NULL;
+    hpr_elements *elements = NULL;
+    hpr_coverage *coverage = NULL;
+    room_add_box(&room, 1, 1, 1, rho, shine, -1);
+    for (int i = 0; i < 4; i++)
+        room_add(&room, 4, faces[i], 0.5, 0, false);
+    if (lamp > 0)
+        room_add(&room, 4, plate, 0.5, lamp, false);
+    assert_int_equal(hpr_patches_build(room.scene, &patches), HPR_OK);
+    assert_int_equal(hpr_elements_uniform(patches, 1, 0, &elements), HPR_OK);
+    assert_int_equal(hpr_coverage_create(patches, elements, &coverage), HPR_OK);
+    *wall = hpr_coverage_open_share(coverage, 0); /* x = 0 comes first, z = 0 fifth */
+    *floor = hpr_coverage_open_share(coverage, 4);
+    hpr_coverage_destroy(&coverage);
+    hpr_elements_destroy(&elements);
+    hpr_patches_destroy(&patches);
+    room_close(&room);
+}
+
+/* Floor and wall in it see each other's fronts, but no light. */
+static void what_is_shut_in_behind_several_faces_is_covered(void **state)
+{
+    (void)state;
+    static const double rounding = 1e-12;
+    double floor, wall;
+    cupboard_shares(0, &floor, &wall);
+    print_message("floor %.15g, wall %.15g\n", floor, wall);
+    assert_true(fabs(floor - (1 - 0.4 * 0.4)) <= rounding);
+    assert_true(fabs(wall - (1 - 0.4 * 0.5)) <= rounding);
+}
+
+static void a_lamp_in_there_opens_it(void **state)
+{
+    (void)state;
+    double floor, wall;
+    cupboard_shares(1, &floor, &wall);
+    assert_true(floor == 1 && wall == 1);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(many_legs_on_one_element_cover_their_area),
+        cmocka_unit_test(what_is_shut_in_behind_several_faces_is_covered),
+        cmocka_unit_test(a_lamp_in_there_opens_it),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

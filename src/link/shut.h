@@ -1,0 +1,30 @@
+/* Where no light comes: what is shut in between the backs of things, as the floor and the wall in a cupboard
+ * that has neither bottom nor back of its own. */
+#ifndef HPR_LINK_SHUT_H
+#define HPR_LINK_SHUT_H
+
+#include "quadrature/cuts.h"
+#include "visibility/visibility.h"
+
+/* A convex piece of a patch, in the patch's parameters. */
+typedef struct hpr_region {
+    hpr_polygon outline;
+    uint32_t patch;
+    bool covered; /* something lies against it: it neither sees nor sends */
+    bool shut;
+} hpr_region;
+
+/* The region of a patch that holds a point; first [patches + 1]: the regions of each patch. The last one if
+ * rounding puts it in none. */
+size_t hpr_region_at(const hpr_region *region, const size_t *first, size_t patch, double s, double t);
+
+/*
+ * Sets `shut` of regions that cover all patches. From the middle of each go rays in directions on a Fibonacci
+ * lattice, cosine distributed; regions of which one sees the other's front are in one space. A region is shut
+ * if it is covered, or if in its space no emitter shines on anything and from nowhere in it a ray leaves the
+ * scene. slack: rays do not see what is nearer. Same result for any thread count. Errors: HPR_ERR_MEMORY.
+ */
+hpr_status hpr_regions_shut(const hpr_visibility *visibility, double slack, hpr_region *region,
+                            const size_t *first);
+
+#endif

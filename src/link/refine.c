@@ -94,11 +94,12 @@ static candidate look_at(const walker *w, uint32_t recv, uint32_t send)
 }
 
 /* The lowest degree that leaves out no more than allowed; a leaf's own at most, for what that leaves out does
- * not count. */
+ * not count. A leaf of which a part is covered keeps its own: its coefficients belong to the open part, where
+ * the functions are not orthogonal. */
 static void choose_degree(const hpr_tree *tree, double norm, double allowed, joint *j)
 {
     int worth = tree->worth[j->node];
-    if (j->straddles || !isfinite(norm)) {
+    if (j->straddles || !isfinite(norm) || tree->kind[j->node] == HPR_NODE_MIXED) {
         j->degree = worth;
         j->fits = !j->inner;
         return;

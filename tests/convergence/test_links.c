@@ -67,18 +67,35 @@ static void add_shelf(hpr_room *room)
     room_add(room, 3, lower, 0.5, 0, true);
 }
 
+/* A closed box stands askew on the floor and covers a part of it, at no line of the elements. */
+static void add_block(hpr_room *room)
+{
+    const double low[4][2] = {{0.1, 0.12}, {0.32, 0.08}, {0.36, 0.29}, {0.14, 0.33}}, h = 0.17;
+    const double top[4][3] = {{low[0][0], low[0][1], h},
+                              {low[1][0], low[1][1], h},
+                              {low[2][0], low[2][1], h},
+                              {low[3][0], low[3][1], h}};
+    room_add(room, 4, top, 0.6, 0, false);
+    for (int i = 0; i < 4; i++) {
+        const double *a = low[i], *b = low[(i + 1) % 4];
+        const double side[4][3] = {{a[0], a[1], 0}, {b[0], b[1], 0}, {b[0], b[1], h}, {a[0], a[1], h}};
+        room_add(room, 4, side, 0.6, 0, false);
+    }
+}
+
 typedef struct scene {
     const char *name;
     int boxes_seed;
-    bool shelf, plates;
+    bool shelf, plates, block;
     int order, subdivide;
 } scene;
 
 static const scene scenes[] = {
-    {"box 1", 1, false, false, 0, 2},  {"box 2", 2, false, false, 1, 2},
-    {"box 3", 3, false, false, 2, 2},  {"box 4", 4, false, false, 1, 3},
-    {"plates", 0, false, true, 3, 2},  {"plates, fine", 0, false, true, 1, 4},
-    {"shelf 1", 5, true, false, 0, 2}, {"shelf 2", 6, true, false, 1, 2},
+    {"box 1", 1, false, false, false, 0, 2},  {"box 2", 2, false, false, false, 1, 2},
+    {"box 3", 3, false, false, false, 2, 2},  {"box 4", 4, false, false, false, 1, 3},
+    {"plates", 0, false, true, false, 3, 2},  {"plates, fine", 0, false, true, false, 1, 4},
+    {"shelf 1", 5, true, false, false, 0, 2}, {"shelf 2", 6, true, false, false, 1, 2},
+    {"block", 7, false, false, true, 1, 2},   {"block, fine", 7, false, false, true, 1, 3},
 };
 
 static hpr_room opened(const scene *s)
@@ -92,6 +109,8 @@ static hpr_room opened(const scene *s)
         add_random_box(&room, &state);
     if (s->shelf)
         add_shelf(&room);
+    if (s->block)
+        add_block(&room);
     return room;
 }
 
@@ -103,7 +122,9 @@ static void test_against_all_pairs(void **state)
         const scene *s = &scenes[i];
         hpr_room room = opened(s);
         hpr_solution *all = solved(&room, s->order, s->subdivide, dense);
-        for (int digits = 2; digits <= 8; digits += 2) {
+        /* blocks past blockers are clipped to tolerances of their own, so that no more can be seen */
+        int most_digits = s->shelf || s->block ? 6 : 8;
+        for (int digits = 2; digits <= most_digits; digits += 2) {
             double tolerance = pow(10, -digits);
             hpr_solution *linked = solved(&room, s->order, s->subdivide, tolerance);
             double error = difference(all, linked);

@@ -108,6 +108,7 @@ static void add_accuracy(cJSON *root, const hpr_solve_summary *summary, bool *ok
     hpr_json_number(quadrature, "block_error", summary->block_error, ok);
     hpr_json_number(quadrature, "sampled_error", summary->sampled_error, ok);
     hpr_json_null(root, "error_estimate", ok); /* until there is one of the whole */
+    hpr_json_number(root, "link_error", summary->link_error, ok);
     hpr_json_number(root, "visibility_error", summary->visibility_error, ok);
 }
 

@@ -14,6 +14,7 @@ enum {
     HPR_MAX_ORDER = 16,
     HPR_MAX_SUBDIVIDE = 10,
     HPR_MAX_FEET = 6,
+    HPR_MAX_GRADE = 20,
     HPR_DEFAULT_ORDER = 4,
     HPR_DEFAULT_SUBDIVIDE = 2,
     HPR_DEFAULT_FEET = 1,
@@ -45,6 +46,7 @@ typedef struct hpr_solve_options {
     int subdivide; /**< N: 4^N elements per patch, 0 .. HPR_MAX_SUBDIVIDE, or HPR_CHOOSE */
     int feet;      /**< so often are elements quartered that the foot of an object cuts, 0 .. HPR_MAX_FEET, or
                         HPR_CHOOSE */
+    int grade;     /**< so often are elements halved toward edges at which patches meet, 0 .. HPR_MAX_GRADE */
     double link_tolerance;  /**< of the operator's norm, for what links leave out; 0: chosen */
     double block_tolerance; /**< relative, per block; 0: chosen, see hpr_solve_summary */
     hpr_solver_method solver;

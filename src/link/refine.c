@@ -18,8 +18,9 @@
 #include <omp.h>
 #include <string.h>
 
-/* Rounds of refinement below a pair of patches: 2 (2 HPR_MAX_SUBDIVIDE + 2 HPR_MAX_FEET) at most. */
-enum { MAX_DEPTH = 64 };
+/* Rounds of refinement below a pair of patches: twice the depth of a tree, 2 (HPR_MAX_SUBDIVIDE +
+ * HPR_MAX_FEET + HPR_MAX_GRADE) at most. */
+enum { MAX_DEPTH = 160 };
 
 /* Links found by one thread. */
 typedef struct link_list {

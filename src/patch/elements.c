@@ -146,35 +146,82 @@ done:
     return status;
 }
 
-/* Walks down to the marked leaves with the frames of the nodes, and splits these. */
-static void split_below(build *b, const bool *marked, uint32_t node, const frame *f, int level)
+typedef struct refiner {
+    build b;
+    hpr_split_choice *choose;
+    void *user;
+    bool building; /* else the new nodes are only counted */
+    size_t count;  /* new nodes */
+} refiner;
+
+/* node: of the piece, if it is being built */
+static void refine_piece(refiner *r, uint32_t node, const frame *f, hpr_piece_of_leaf piece)
 {
-    hpr_elements *elements = b->elements;
-    hpr_shape shape = (hpr_shape)b->patches->shape[b->patch];
-    if (elements->child[node] == HPR_NONE) {
-        if (marked[elements->leaf_of_node[node]]) {
-            b->depth = level + 2;
-            b->order = elements->degree[node];
-            build_node(b, node, f, level);
-        }
-        return;
+    hpr_elements *elements = r->b.elements;
+    for (int k = 0; k < 2; k++) {
+        piece.origin[k] = f->origin[k];
+        piece.edge1[k] = f->edge1[k];
+        piece.edge2[k] = f->edge2[k];
     }
-    uint32_t child = elements->child[node];
-    for (int which = 0; which < 2; which++) {
-        frame g = child_frame(f, shape, elements->axis[node], which);
-        split_below(b, marked, child + (uint32_t)which, &g, level + 1);
+    int axis = r->choose(r->user, &piece);
+    if (axis < 0)
+        return;
+    hpr_shape shape = (hpr_shape)r->b.patches->shape[r->b.patch];
+    uint32_t child = r->b.next;
+    r->count += 2;
+    if (r->building) {
+        r->b.next += 2;
+        elements->child[node] = child;
+        elements->axis[node] = (uint8_t)axis;
+    }
+    piece.level++;
+    piece.depth++;
+    for (uint32_t which = 0; which < 2; which++) {
+        frame g = child_frame(f, shape, axis, (int)which);
+        if (r->building) {
+            place_node(r->b.patches, elements, child + which, r->b.patch, &g, piece.level);
+            elements->degree[child + which] = elements->degree[node];
+        }
+        refine_piece(r, child + which, &g, piece);
     }
 }
 
-hpr_status hpr_elements_split(const hpr_patches *patches, hpr_elements *elements, const bool *marked)
+/* Walks down to the leaves that there were, with the frames of the nodes. */
+static void refine_below(refiner *r, uint32_t node, const frame *f, int level)
 {
-    enum { NODES_PER_SPLIT = 6 };
+    const hpr_elements *elements = r->b.elements;
+    uint32_t child = elements->child[node];
+    if (child == HPR_NONE) {
+        refine_piece(
+            r, node, f,
+            (hpr_piece_of_leaf){.patch = r->b.patch, .leaf = elements->leaf_of_node[node], .level = level});
+        return;
+    }
+    hpr_shape shape = (hpr_shape)r->b.patches->shape[r->b.patch];
+    for (uint32_t which = 0; which < 2; which++) {
+        frame g = child_frame(f, shape, elements->axis[node], (int)which);
+        refine_below(r, child + which, &g, level + 1);
+    }
+}
+
+static void refine_all(refiner *r)
+{
+    for (r->b.patch = 0; r->b.patch < r->b.patches->count; r->b.patch++) {
+        const frame whole = {{0, 0}, {1, 0}, {0, 1}};
+        refine_below(r, r->b.patch, &whole, 0);
+    }
+}
+
+hpr_status hpr_elements_refine(const hpr_patches *patches, hpr_elements *elements, hpr_split_choice *choose,
+                               void *user)
+{
     column columns[NODE_COLUMNS];
-    size_t count = elements->node_count;
     hpr_status status = HPR_OK;
-    build b = {.patches = patches, .elements = elements, .next = (uint32_t)count};
-    for (size_t i = 0; i < elements->leaf_count; i++)
-        count += marked[i] ? NODES_PER_SPLIT : 0;
+    refiner r = {.b = {.patches = patches, .elements = elements, .next = (uint32_t)elements->node_count},
+                 .choose = choose,
+                 .user = user};
+    refine_all(&r);
+    size_t count = elements->node_count + r.count;
     if (count >= HPR_NONE)
         return hpr_fail(elements->context, HPR_ERR_MEMORY,
                         "%zu elements are more than 32-bit indices can name", count);
@@ -185,12 +232,22 @@ hpr_status hpr_elements_split(const hpr_patches *patches, hpr_elements *elements
     }
     if (status != HPR_OK)
         return status;
-    for (b.patch = 0; b.patch < patches->count; b.patch++) {
-        const frame whole = {{0, 0}, {1, 0}, {0, 1}};
-        split_below(&b, marked, b.patch, &whole, 0);
-    }
+    r.building = true;
+    refine_all(&r);
     elements->node_count = count;
     return hpr_elements_index(patches, elements);
+}
+
+/* Both axes of the leaves that are marked. */
+static int quarter(void *user, const hpr_piece_of_leaf *piece)
+{
+    const bool *marked = user;
+    return marked[piece->leaf] && piece->depth < 2 ? piece->level % 2 : -1;
+}
+
+hpr_status hpr_elements_split(const hpr_patches *patches, hpr_elements *elements, const bool *marked)
+{
+    return hpr_elements_refine(patches, elements, quarter, (void *)marked);
 }
 
 static void release_index(hpr_elements *elements)

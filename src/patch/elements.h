@@ -33,6 +33,23 @@ typedef struct hpr_elements {
  * Errors: HPR_ERR_ARG (order, subdivide), HPR_ERR_MEMORY (too many for memory or indices). */
 hpr_status hpr_elements_uniform(const hpr_patches *patches, int order, int subdivide,
                                 hpr_elements **elements);
+/* A leaf, or a piece of it that a refinement would make, in the parameters of its patch: (s,t) = origin +
+ * a edge1 + b edge2. */
+typedef struct hpr_piece_of_leaf {
+    uint32_t patch, leaf;
+    int level; /* halvings since the patch */
+    int depth; /* halvings since the leaf */
+    double origin[2], edge1[2], edge2[2];
+} hpr_piece_of_leaf;
+
+/* The axis along which a piece is to be halved (of a triangle: any), -1: not at all. Asked twice for each,
+ * with the same answer expected. */
+typedef int hpr_split_choice(void *user, const hpr_piece_of_leaf *piece);
+
+/* Halves leaves, and the halves again, as `choose` says; they keep their degree. Leaves are numbered anew.
+ * Errors: HPR_ERR_MEMORY. */
+hpr_status hpr_elements_refine(const hpr_patches *patches, hpr_elements *elements, hpr_split_choice *choose,
+                               void *user);
 /* Splits the leaves that are marked, marked [leaf_count], each into four of the same degree: a parallelogram
  * along both axes, a triangle twice. Leaves are numbered anew. Errors: HPR_ERR_MEMORY. */
 hpr_status hpr_elements_split(const hpr_patches *patches, hpr_elements *elements, const bool *marked);

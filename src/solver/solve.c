@@ -2,6 +2,7 @@
 #include "link/direct_moments.h"
 #include "link/links.h"
 #include "patch/frame.h"
+#include "patch/grade.h"
 #include "solver/energy.h"
 #include "solver/linear.h"
 #include "solver/operator.h"
@@ -31,6 +32,9 @@ static hpr_status check_options(hpr_context *ctx, const hpr_solve_options *optio
     if (options->feet < HPR_CHOOSE || options->feet > HPR_MAX_FEET)
         return hpr_fail(ctx, HPR_ERR_ARG, "%d quarterings at feet are not in 0 .. %d", options->feet,
                         HPR_MAX_FEET);
+    if (options->grade < 0 || options->grade > HPR_MAX_GRADE)
+        return hpr_fail(ctx, HPR_ERR_ARG, "%d levels of grading are not in 0 .. %d", options->grade,
+                        HPR_MAX_GRADE);
     if (!(options->link_tolerance >= 0 && options->link_tolerance < 1))
         return hpr_fail(ctx, HPR_ERR_ARG, "link tolerance %g is not in [0, 1)", options->link_tolerance);
     if (!(options->block_tolerance >= 0 && options->block_tolerance < 1))
@@ -127,6 +131,15 @@ static void choose_resolution(hpr_solution *solution, const hpr_scene *scene)
                  HPR_DEFAULT_FEET, options->order, options->subdivide, options->feet);
 }
 
+static hpr_status grade(hpr_solution *solution, int levels)
+{
+    size_t skipped = 0;
+    hpr_status status = hpr_elements_grade(solution->patches, solution->elements, levels, &skipped);
+    if (status == HPR_OK && skipped > 0)
+        hpr_warn(solution->context, "--grade: %zu patches are triangles and stay as they are", skipped);
+    return status;
+}
+
 static hpr_status make_mesh(hpr_solution *solution, const hpr_scene *scene)
 {
     hpr_context *ctx = solution->context;
@@ -137,6 +150,8 @@ static hpr_status make_mesh(hpr_solution *solution, const hpr_scene *scene)
         status =
             hpr_elements_uniform(solution->patches, options->order, options->subdivide, &solution->elements);
     }
+    if (status == HPR_OK && options->grade > 0)
+        status = grade(solution, options->grade);
     if (status == HPR_OK)
         status = refine_feet(solution, options->feet);
     if (status != HPR_OK)

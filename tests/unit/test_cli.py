@@ -17,8 +17,8 @@ SMALL = ("--size", "16x12", "--samples", "1")
 COARSE = ("--order", "0", "--subdivide", "1")
 
 COMMON = ["--threads", "--isa", "--quiet", "--verbose", "--version", "--help"]
-SOLVE = ["--order", "--subdivide", "--tol", "--environment", "--link-tol", "--block-tol", "--solver",
-         "--max-sweeps", "--max-reflectance", "--metallic",
+SOLVE = ["--order", "--subdivide", "--tol", "--environment", "--grade", "--link-tol", "--block-tol",
+         "--solver", "--max-sweeps", "--max-reflectance", "--metallic",
          "--scene-index", "--report"]
 RENDER = ["--camera", "--size", "--samples", "--png", "--exposure"]
 OPTIONS = {"": SOLVE + RENDER, "solve": SOLVE, "render": [*RENDER, "--environment"], "probe": [],
@@ -75,6 +75,7 @@ BAD_VALUES = {
     "--order": ["-1", "17", "two", "2.0", "0x2"],
     "--subdivide": ["-1", "11", "1e1"],
     "--environment": ["", "x", "-1", "1,2,", ",1,2", "1,,2", "nan", "inf", "1,-1,1", "0x1", "1 ", "1;2;3", "1e999"],
+    "--grade": ["-1", "21", "x"],
     "--link-tol": ["0", "1", "-1e-3", "nan", "x", ""],
     "--solver": ["jacobi", "GMRES", ""],
     "--block-tol": ["0", "1", "-1e-3", "nan", "inf", "0x1p-3", "1e-3x", ""],

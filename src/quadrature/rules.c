@@ -379,7 +379,7 @@ static void integrate(chooser *c, const hpr_cell *recv, const hpr_cell *send)
         emit_pieces(c, &contact);
         return;
     }
-    static const double smallest_angle = 1e-4;
+    static const double smallest_angle = 1e-3;
     double sine = hpr_length(hpr_cross(c->pair->recv.normal, c->pair->send.normal));
     if (!separate && constants(c) && sine < smallest_angle) {
         slit_wedge(c, &contact);

@@ -24,7 +24,9 @@ static int print_help(cli_run *run)
 {
     poptPrintHelp(run->options, stdout, 0);
     if (run->verb->solves)
-        printf("\nThis version solves with --order %d --subdivide %d --feet %d unless told otherwise.\n",
+        printf("\nThis version solves with --order %d --subdivide %d --feet %d unless told otherwise, scenes "
+               "of many\n"
+               "patches with less.\n",
                HPR_DEFAULT_ORDER, HPR_DEFAULT_SUBDIVIDE, HPR_DEFAULT_FEET);
     printf("\n%s\nExample%s:\n%s", run->verb->about, strchr(run->verb->examples, '\n')[1] ? "s" : "",
            run->verb->examples);

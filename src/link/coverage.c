@@ -14,13 +14,13 @@ typedef struct foot {
 } foot;
 
 /* In scenes of more patches the search would take minutes: all elements count as open. */
-enum { MAX_PIECES = 16, MAX_PATCHES = 20000 };
+enum { MAX_PATCHES = 20000 };
 
 /* The open part of a leaf, in the leaf's parameters. */
 typedef struct trimmed {
-    int piece_count; /* 0: wholly covered */
-    double share;    /* of the leaf's area */
-    hpr_polygon piece[MAX_PIECES];
+    int piece_count;        /* 0: wholly covered */
+    double share;           /* of the leaf's area */
+    hpr_polygon *piece;     /* [piece_count] */
     double *gram, *inverse; /* [n][n] G and its pseudo-inverse */
 } trimmed;
 
@@ -58,6 +58,7 @@ void hpr_coverage_destroy(hpr_coverage **out)
     if (!coverage)
         return;
     for (size_t i = 0; i < coverage->trim_count; i++) {
+        hpr_release(coverage->context, coverage->trim[i].piece);
         hpr_release(coverage->context, coverage->trim[i].gram);
         hpr_release(coverage->context, coverage->trim[i].inverse);
     }
@@ -280,8 +281,8 @@ static bool is_covered(const search *s, uint32_t node, const hpr_polygon *piece)
     return lies_against(s, point) || sees_only_backs(s, point);
 }
 
-/* The line of a foot in the parameters of a leaf; false if the foot does not run through the leaf. */
-static bool leaf_line(const search *s, uint32_t node, const foot *f, hpr_affine *line)
+/* A foot in the parameters of a leaf. */
+static foot leaf_foot(const search *s, uint32_t node, const foot *f)
 {
     const hpr_patches *patches = s->coverage->patches;
     const hpr_elements *e = s->coverage->elements;
@@ -298,12 +299,7 @@ static bool leaf_line(const search *s, uint32_t node, const foot *f, hpr_affine 
         to[0] = hpr_dot(hpr_cross(x, b), across) / square;
         to[1] = hpr_dot(hpr_cross(a, x), across) / square;
     }
-    bool triangle = patches->shape[s->patch] == HPR_SHAPE_TRIANGLE;
-    if (!runs_inside(&own, triangle, s->slack / sqrt(e->area_m2[node])))
-        return false;
-    double d[2] = {own.to[0] - own.from[0], own.to[1] - own.from[1]};
-    *line = (hpr_affine){d[1] * own.from[0] - d[0] * own.from[1], -d[1], d[0]};
-    return true;
+    return own;
 }
 
 /* G += ∫ over a piece. */
@@ -326,6 +322,7 @@ static void add_gram(const search *s, const trimmed *t, hpr_shape shape, int deg
     }
 }
 
+/* Takes a copy of the pieces. */
 static hpr_status keep_trim(search *s, size_t leaf, trimmed *t)
 {
     static const double determined = 1e-3;
@@ -336,7 +333,12 @@ static hpr_status keep_trim(search *s, size_t leaf, trimmed *t)
     int degree = coverage->elements->degree[node];
     size_t n = hpr_basis_count(shape, degree);
     double *work = NULL;
-    hpr_status status = hpr_allocate_into(ctx, &t->gram, n * n, sizeof(double), "covered elements");
+    const hpr_polygon *piece = t->piece;
+    t->piece = NULL;
+    hpr_status status =
+        hpr_allocate_into(ctx, &t->piece, (size_t)t->piece_count, sizeof *piece, "covered elements");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &t->gram, n * n, sizeof(double), "covered elements");
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &t->inverse, n * n, sizeof(double), "covered elements");
     if (status == HPR_OK)
@@ -345,6 +347,7 @@ static hpr_status keep_trim(search *s, size_t leaf, trimmed *t)
         status =
             hpr_grow(ctx, &coverage->trim, &coverage->trim_capacity, coverage->trim_count + 1, sizeof *t);
     if (status == HPR_OK) {
+        memcpy(t->piece, piece, (size_t)t->piece_count * sizeof *piece);
         for (int i = 0; i < t->piece_count; i++)
             add_gram(s, t, shape, degree, &t->piece[i]);
         memcpy(t->inverse, t->gram, n * n * sizeof(double));
@@ -352,6 +355,7 @@ static hpr_status keep_trim(search *s, size_t leaf, trimmed *t)
         coverage->trim_of_leaf[leaf] = (uint32_t)coverage->trim_count;
         coverage->trim[coverage->trim_count++] = *t;
     } else {
+        hpr_release(ctx, t->piece);
         hpr_release(ctx, t->gram);
         hpr_release(ctx, t->inverse);
     }
@@ -363,25 +367,30 @@ static hpr_status trim_leaf(search *s, size_t leaf)
 {
     static const double nothing = 1e-6; /* an open part this small of a leaf is the cuts' rounding */
     uint32_t node = s->coverage->elements->leaf[leaf];
-    bool triangle = s->coverage->patches->shape[s->patch] == HPR_SHAPE_TRIANGLE, covered = false;
+    bool triangle = s->coverage->patches->shape[s->patch] == HPR_SHAPE_TRIANGLE;
     hpr_polygon whole = triangle ? (hpr_polygon){3, {{0, 0}, {1, 0}, {0, 1}}}
                                  : (hpr_polygon){4, {{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+    double slack = s->slack / sqrt(s->coverage->elements->area_m2[node]);
     hpr_cuts cuts;
     trimmed t = {0};
     hpr_cuts_init(&cuts, &whole);
     for (size_t i = 0; i < s->foot_count; i++) {
-        hpr_affine line;
-        if (leaf_line(s, node, &s->feet[i], &line))
-            hpr_cuts_along(&cuts, &line);
+        foot own = leaf_foot(s, node, &s->feet[i]);
+        if (runs_inside(&own, triangle, slack))
+            hpr_cuts_segment(&cuts, own.from, own.to, slack);
     }
+    int open = 0;
     for (int i = 0; i < cuts.count; i++) {
-        if (is_covered(s, node, &cuts.piece[i]))
-            covered = true;
-        else if (t.piece_count < MAX_PIECES)
-            t.piece[t.piece_count++] = cuts.piece[i];
-        else
-            return HPR_OK; /* too intricate: taken as open */
+        if (!is_covered(s, node, &cuts.piece[i]))
+            cuts.piece[open++] = cuts.piece[i];
     }
+    bool covered = open < cuts.count;
+    if (covered)
+        open = hpr_cuts_merge(cuts.piece, open, slack);
+    if (open > HPR_COVERAGE_PIECES)
+        return HPR_OK; /* too intricate: taken as open */
+    t.piece = cuts.piece;
+    t.piece_count = open;
     for (int i = 0; i < t.piece_count; i++)
         t.share += hpr_polygon_area(&t.piece[i]) / hpr_polygon_area(&whole);
     if (t.share < nothing)

@@ -13,6 +13,10 @@
 
 #include "quadrature/pair.h"
 
+/* Convex parts that the open part of an element may have; if there would be more, all of it counts as open.
+ */
+enum { HPR_COVERAGE_PIECES = 64 };
+
 typedef struct hpr_coverage hpr_coverage;
 
 /*

@@ -282,7 +282,7 @@ static int open_cells(const leaf_integral *l, hpr_cell *cell, int room)
     return count;
 }
 
-enum { MAX_OPEN_CELLS = 16 * HPR_POLYGON_MAX };
+enum { MAX_OPEN_CELLS = HPR_COVERAGE_PIECES * HPR_POLYGON_MAX };
 
 static void by_clipping(leaf_integral *l)
 {

@@ -78,7 +78,8 @@ static bool integrate_pair(const assembly *a, worker *w, size_t p, size_t q)
                            .contact_m = patches->weld_m,
                            .visibility = a->visibility,
                            .blockers = w->blocker,
-                           .clip = true};
+                           .clip = true,
+                           .seed = (uint64_t)p << 32 | q};
     if (hpr_views_classify(a->views, w->cursor, p, q, w->blocker, &task.blocker_count) == HPR_SEES_NOTHING)
         return false;
     hpr_block_result result = hpr_block_ref(a->quadrature, &task, w->block, w->scratch);

@@ -1,6 +1,6 @@
 /* From a scene's faces to patches: weld, merge, drop what has no area or was there before. */
 #include "math/vec3.h"
-#include "patch/patches.h"
+#include "patch/overlap.h"
 #include "patch/weld.h"
 
 #include <stdlib.h>
@@ -383,6 +383,22 @@ static hpr_status allocate_builder(builder *b)
     return status;
 }
 
+static hpr_status warn_of_overlaps(const builder *b)
+{
+    const hpr_patches *p = b->patches;
+    hpr_overlaps found;
+    hpr_status status = hpr_overlaps_find(p, &found);
+    if (status != HPR_OK || found.count == 0)
+        return status;
+    uint32_t i = found.first[0], j = found.first[1];
+    hpr_warn(b->context,
+             "%s: %zu pairs of patches lie in one plane, face the same way and overlap in part: there light "
+             "counts "
+             "twice; the first are patch %u (node %u, primitive %u) and patch %u (node %u, primitive %u)",
+             b->scene->path, found.count, i, p->node[i], p->primitive[i], j, p->node[j], p->primitive[j]);
+    return HPR_OK;
+}
+
 static hpr_status build(const hpr_scene *scene, bool keep_dropped, hpr_patches **patches)
 {
     builder b = {.scene = scene, .context = scene->context, .keep_dropped = keep_dropped};
@@ -410,6 +426,7 @@ static hpr_status build(const hpr_scene *scene, bool keep_dropped, hpr_patches *
         hpr_warn(b.context,
                  "%s: %zu patches dropped because an equal one that faces the same way came before",
                  scene->path, b.patches->duplicate_count);
+    status = warn_of_overlaps(&b);
 done:
     hpr_release(b.context, hidden);
     hpr_release(b.context, b.id);

@@ -28,14 +28,16 @@ typedef struct hpr_block_task {
     double contact_m;  /* points nearer than this count as touching, >= 0; a view through a slit as narrow is
                           none */
     /* Occluders that may come between; count 0: wholly visible, V = 1. Else V is sampled by a ray per pair of
-     * quadrature points, and the tolerance does not cover the error of that; or, with `clip` and for at most
-     * HPR_CLIP_BLOCKERS of them, the visible part is clipped exactly and the tolerance holds. */
+     * quadrature points, and the tolerance does not cover the error of that, see sampling_error; or, with
+     * `clip` and for at most HPR_CLIP_BLOCKERS of them, the visible part is clipped exactly and the tolerance
+     * holds. */
     const hpr_visibility *visibility;
     const uint32_t *blockers;
     size_t blocker_count;
     bool clip;
+    uint64_t seed; /* of rays: blocks with different seeds err independently */
     /* Convex parts of the elements, in their parameters, that are integrated over instead of all of them, for
-     * what else is covered; 0: all. Not used where V is sampled, for there the covered rest sees nothing. */
+     * what else is covered; 0: all. */
     const hpr_polygon *recv_part, *send_part;
     int recv_part_count, send_part_count;
 } hpr_block_task;
@@ -55,6 +57,7 @@ typedef struct hpr_block_result {
      * it.
      */
     double error;
+    double sampling_error; /* standard error of block[0] from rays, see hpr_sampled_error; 0 if clipped */
     uint64_t kernel_count, ray_count, clip_count;
 } hpr_block_result;
 

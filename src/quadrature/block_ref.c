@@ -3,7 +3,7 @@
 #include "quadrature/block.h"
 #include "quadrature/flat.h"
 #include "quadrature/homothety.h"
-#include "quadrature/rule.h"
+#include "quadrature/sampled.h"
 
 #include <string.h>
 
@@ -69,10 +69,11 @@ typedef struct evaluation {
     /* of the block's sum and of those that homotheties are to be applied to: estimated error, and the sum of
      * what the rules contribute at most to an entry */
     double error[3], size[3];
-    bool sampled;           /* visibility, by rays */
-    uint64_t blocked_count; /* of the rays */
+    bool sampled; /* visibility, by rays */
     hpr_block_scratch *scratch;
     hpr_block_result *result;
+    const hpr_rule *rule; /* the one whose points are added */
+    hpr_sampled rays;
 } evaluation;
 
 static void kernel_row(const hpr_points *from, int i, const hpr_points *to, double scale, double *kernel)
@@ -95,22 +96,35 @@ typedef struct group_side {
     const hpr_points *points;
     const hpr_element_frame *frame;
     size_t basis_count;
+    const hpr_cell *cell; /* of a product rule, with its nodes */
+    const int *nodes;
 } group_side;
+
+/* Where the ray of a point begins or ends. */
+static void ray_end(const evaluation *e, const group_side *side, int index, const double random[2],
+                    double point[3])
+{
+    double s = side->points->s[index], t = side->points->t[index];
+    if (e->rule->kind == HPR_RULE_PRODUCT)
+        hpr_sampled_place(&e->quadrature->gauss, side->cell, side->nodes, index, random, &s, &t);
+    scene_point(side->frame, s, t, point);
+}
 
 /* Zeroes the kernel where the ray is blocked. */
 static void sample_visibility(evaluation *e, const group_side *outer, int i, const group_side *inner,
                               double *kernel)
 {
-    double x[3], y[3];
-    scene_point(outer->frame, outer->points->s[i], outer->points->t[i], x);
+    double x[3], y[3], random[4];
     for (int j = 0; j < inner->points->count; j++) {
-        scene_point(inner->frame, inner->points->s[j], inner->points->t[j], y);
-        if (hpr_visibility_blocked(e->task->visibility, x, y, e->task->blockers, e->task->blocker_count)) {
+        hpr_sampled_random(e->task->seed, e->result->ray_count++, random);
+        ray_end(e, outer, i, random, x);
+        ray_end(e, inner, j, random + 2, y);
+        e->rays.weight += kernel[j];
+        e->rays.square += kernel[j] * kernel[j];
+        if (hpr_visibility_blocked(e->task->visibility, x, y, e->task->blockers, e->task->blocker_count))
             kernel[j] = 0;
-            e->blocked_count++;
-        }
+        e->rays.seen += kernel[j];
     }
-    e->result->ray_count += (uint64_t)inner->points->count;
 }
 
 /* sum over inner points of kernel * phi_l, in four interleaved sums. */
@@ -144,8 +158,9 @@ static void add_group(void *user, const hpr_group *group)
 {
     evaluation *e = user;
     hpr_block_scratch *scratch = e->scratch;
-    const group_side recv = {&group->recv, &e->task->recv, e->n_recv};
-    const group_side send = {&group->send, &e->task->send, e->n_send};
+    const hpr_rule *rule = e->rule;
+    const group_side recv = {&group->recv, &e->task->recv, e->n_recv, &rule->recv, rule->recv_nodes};
+    const group_side send = {&group->send, &e->task->send, e->n_send, &rule->send, rule->send_nodes};
     /* Each outer point costs an update of the whole block, so the side with fewer points is the outer one. */
     bool by_recv = group->recv.count <= group->send.count;
     const group_side *outer = by_recv ? &recv : &send, *inner = by_recv ? &send : &recv;
@@ -185,6 +200,7 @@ static void add_rule(void *user, const hpr_rule *rule)
     evaluation *e = user;
     size_t count = e->n_recv * e->n_send;
     int level = rule->kind == HPR_RULE_NESTED ? rule->nested.homothety : 0;
+    e->rule = rule;
     memset(e->scratch->part, 0, count * sizeof(double));
     hpr_rule_points(&e->quadrature->gauss, e->pair, rule, &e->scratch->points, add_group, e);
     add(level ? e->scratch->inside[level - 1] : e->block, e->scratch->part, count);
@@ -235,6 +251,12 @@ static double unit_scale(const hpr_block_task *task)
     return longest > 0 && longest < INFINITY ? ldexp(1, -ilogb(longest)) : 1;
 }
 
+/* phi_0, for T_0 = 1 / sqrt(A). */
+static double first_value(const hpr_element_frame *frame)
+{
+    return 1 / (sqrt(frame->area_m2) * hpr_basis_scale(frame->shape, frame->area_m2));
+}
+
 /* The blockers as polygons, moved like the pair. */
 static void set_blockers(const hpr_block_task *task, double scale, hpr_pair *pair, hpr_convex *blocker)
 {
@@ -265,12 +287,10 @@ static double slit_block(const hpr_pair *pair, double contact)
            (3.14159265358979323846 * square);
 }
 
-/* What sampling adds to the error: as if the square root of the rays, about the points of one side, were
- * independent of each other. */
+/* Standard error of block[0] / factor. */
 static double sampling_error(const evaluation *e)
 {
-    double rays = (double)e->result->ray_count, blocked = rays > 0 ? (double)e->blocked_count / rays : 0;
-    return rays > 0 ? e->size[0] * sqrt(fmax(blocked * (1 - blocked), 1 / rays) / sqrt(rays)) : 0;
+    return first_value(&e->task->recv) * first_value(&e->task->send) * hpr_sampled_error(&e->rays);
 }
 
 /* Blockers and parts, and what is to be reached. */
@@ -287,11 +307,11 @@ static hpr_rule_demand prepare(evaluation *e, hpr_pair *pair)
     e->sampled = task->blocker_count && !clip;
     if (e->sampled) {
         int degree = task->recv.degree > task->send.degree ? task->recv.degree : task->send.degree;
+        bool parts = task->recv_part_count || task->send_part_count;
         demand.tolerance = fmax(task->tolerance, sampled_tolerance);
-        demand.least_nodes = degree > 1 ? degree + 2 : 3;
-        return demand;
-    }
-    if (task->blocker_count)
+        /* parts are many cells, each with nodes of its own */
+        demand.least_nodes = parts ? 2 : degree > 1 ? degree + 2 : 3;
+    } else if (task->blocker_count)
         set_blockers(task, e->scale, pair, e->scratch->blocker);
     pair->recv_part = task->recv_part;
     pair->send_part = task->send_part;
@@ -359,6 +379,8 @@ hpr_block_result hpr_block_ref(const hpr_quadrature *quadrature, const hpr_block
     double exchange = outcome.exchange_m2 / sqrt(recv.area_m2 * send.area_m2);
     for (size_t i = 0; i < count; i++)
         block[i] *= factor;
+    if (e.sampled)
+        result.sampling_error = factor * sampling_error(&e);
     block[0] += exchange;
     bool by_parts = pair.blocker_count || pair.recv_part_count || pair.send_part_count;
     result.seen = outcome.seen && !(by_parts && block[0] <= slit_block(&pair, demand.contact_m));

@@ -23,8 +23,20 @@ hpr_polygon hpr_polygon_half(const hpr_polygon *polygon, const hpr_affine *f, do
 /* Cuts every piece along the line f = 0; stops quietly at HPR_MAX_CUTS. */
 void hpr_cuts_along(hpr_cuts *pieces, const hpr_affine *f);
 
+/* Cuts the pieces through which the segment runs by more than `slack`, each all along its line; so the
+ * segment lies on borders of pieces, and what is far from it stays in one piece. Stops quietly at
+ * HPR_MAX_CUTS. */
+void hpr_cuts_segment(hpr_cuts *pieces, const double from[2], const double to[2], double slack);
+
+/* Joins pieces that share an edge and make a convex polygon together, until there are none; points within
+ * `slack` are one. Returns how many are left. */
+int hpr_cuts_merge(hpr_polygon *piece, int count, double slack);
+
 /* Triangles from a piece's sides (edge 1) to its centroid; returns their number. cells: [HPR_POLYGON_MAX] */
 int hpr_cuts_fan(const hpr_polygon *piece, hpr_cell *cells);
+
+/* The same, but a parallelogram stays one cell. */
+int hpr_cuts_tiles(const hpr_polygon *piece, hpr_cell *cells);
 
 /* The same, but a polygon that is a whole parallelogram element stays one cell. */
 int hpr_cuts_cells(hpr_shape shape, const hpr_polygon *piece, hpr_cell *cells);

@@ -4,12 +4,17 @@
 
 hpr_element_frame hpr_leaf_frame(const hpr_patches *patches, const hpr_elements *elements, size_t leaf)
 {
-    uint32_t node = elements->leaf[leaf], patch = elements->patch[node];
+    return hpr_node_frame(patches, elements, elements->leaf[leaf]);
+}
+
+hpr_element_frame hpr_node_frame(const hpr_patches *patches, const hpr_elements *elements, size_t node)
+{
+    uint32_t patch = elements->patch[node];
     return (hpr_element_frame){.shape = (hpr_shape)patches->shape[patch],
                                .degree = elements->degree[node],
-                               .origin = hpr_vec3_load(elements->origin + 3 * (size_t)node),
-                               .edge1 = hpr_vec3_load(elements->edge1 + 3 * (size_t)node),
-                               .edge2 = hpr_vec3_load(elements->edge2 + 3 * (size_t)node),
+                               .origin = hpr_vec3_load(elements->origin + 3 * node),
+                               .edge1 = hpr_vec3_load(elements->edge1 + 3 * node),
+                               .edge2 = hpr_vec3_load(elements->edge2 + 3 * node),
                                .normal = hpr_vec3_load(patches->normal + 3 * (size_t)patch),
                                .area_m2 = elements->area_m2[node]};
 }

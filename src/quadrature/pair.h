@@ -14,7 +14,8 @@ typedef struct hpr_element_frame {
     double area_m2;
 } hpr_element_frame;
 
-/* The frame of a leaf. */
+/* The frame of a node, and that of a leaf. */
+hpr_element_frame hpr_node_frame(const hpr_patches *patches, const hpr_elements *elements, size_t node);
 hpr_element_frame hpr_leaf_frame(const hpr_patches *patches, const hpr_elements *elements, size_t leaf);
 
 /* A piece of an element in its parameters: (s,t) = origin + a edge1 + b edge2, (a,b) in the unit square or

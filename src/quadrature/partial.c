@@ -283,7 +283,8 @@ hpr_partial hpr_partial_integrate(const hpr_gauss_table *gauss, const hpr_pair *
                                   const hpr_polygon *send, double tolerance, double allowed_m2,
                                   hpr_partial_cell cells[HPR_PARTIAL_CELLS])
 {
-    static const double rounding = 1e-12; /* of the distance */
+    static const double rounding = 1e-12 /* of the distance */, tight = 1e-4;
+    enum { FEW_LINES = 24 };
     bool recv_is_outer = frame_area(&pair->recv, recv) <= frame_area(&pair->send, send);
     const hpr_polygon *outer = recv_is_outer ? recv : send, *inner = recv_is_outer ? send : recv;
     partial p;
@@ -308,7 +309,9 @@ hpr_partial hpr_partial_integrate(const hpr_gauss_table *gauss, const hpr_pair *
     hpr_cuts pieces;
     hpr_cuts_init(&pieces, outer);
     hpr_events_find(pair, p.outer, outer, &p.outline, p.inner->normal, &events);
-    for (int i = 0; i < events.count; i++)
+    /* Many lines make more cells than a loose tolerance needs: those that matter are found by halving. */
+    bool cut = tolerance < tight || events.count <= FEW_LINES;
+    for (int i = 0; i < events.count && cut; i++)
         hpr_cuts_along(&pieces, &events.line[i]);
     choose_nodes(&p, tolerance);
     for (int k = 0; k < pieces.count; k++)

@@ -379,7 +379,8 @@ static void integrate(chooser *c, const hpr_cell *recv, const hpr_cell *send)
         return;
     set_rounding(c, &contact);
     bool sampled = c->demand->least_nodes > 1, separate = contact.kind == HPR_CONTACT_SEPARATE;
-    if (c->pair->blocker_count || c->pair->recv_part_count || c->pair->send_part_count) {
+    bool parts = c->pair->recv_part_count || c->pair->send_part_count;
+    if (c->pair->blocker_count || (parts && !sampled)) {
         clipped(c, &contact);
         return;
     }
@@ -399,6 +400,35 @@ static void integrate(chooser *c, const hpr_cell *recv, const hpr_cell *send)
         return;
     }
     near_or_far(c, &contact);
+}
+
+/* Part k of an element in cells; all of it if it has no parts. */
+static int part_cells(hpr_shape shape, const hpr_polygon *part, int part_count, int k, hpr_cell *cell)
+{
+    if (part_count)
+        return hpr_cuts_tiles(&part[k], cell);
+    cell[0] = hpr_cell_whole(shape);
+    return 1;
+}
+
+/* Where visibility is sampled, each part has points of its own: few of those of the whole element might be on
+ * it. */
+static void integrate_parts(chooser *c)
+{
+    const hpr_pair *p = c->pair;
+    hpr_cell recv[HPR_POLYGON_MAX], send[HPR_POLYGON_MAX];
+    bool seen = false;
+    for (int i = 0; i < (p->recv_part_count ? p->recv_part_count : 1); i++) {
+        int recv_count = part_cells(p->recv.shape, p->recv_part, p->recv_part_count, i, recv);
+        for (int j = 0; j < (p->send_part_count ? p->send_part_count : 1); j++) {
+            int send_count = part_cells(p->send.shape, p->send_part, p->send_part_count, j, send);
+            for (int k = 0; k < recv_count * send_count; k++) {
+                integrate(c, &recv[k / send_count], &send[k % send_count]);
+                seen |= c->outcome.seen;
+            }
+        }
+    }
+    c->outcome.seen = seen;
 }
 
 int hpr_total_degree(const hpr_element_frame *frame)
@@ -444,6 +474,9 @@ hpr_rule_outcome hpr_rules_choose(const hpr_gauss_table *gauss, const hpr_pair *
      * nodes pay for larger ones. */
     int degree = pair->recv.degree > pair->send.degree ? pair->recv.degree : pair->send.degree;
     c.kernel_cap = hpr_kernel_nodes(1, degree < 4 ? 1 : 0.5, c.tolerance);
-    integrate(&c, &recv, &send);
+    if (demand->least_nodes > 1 && (pair->recv_part_count || pair->send_part_count))
+        integrate_parts(&c);
+    else
+        integrate(&c, &recv, &send);
     return c.outcome;
 }

@@ -13,9 +13,12 @@
 enum {
     MAX_LAMBERT_PATCHES = 512, /* more patches, and all fractions are sampled */
     CELL_NODES = 6,
+    MANY_LEAVES = 1000, /* are small, so that what they see varies little over them */
     MAX_DEPTH = 48,
     MAX_CELLS = 20000, /* per leaf */
-    RAYS = 1 << 20     /* about so many in all */
+    RAYS = 1 << 20,    /* about so many in all */
+    LEAST_RAYS = 64,
+    MOST_RAYS = 4096 /* of a leaf */
 };
 
 typedef struct energy {
@@ -27,7 +30,7 @@ typedef struct energy {
     hpr_gauss_table *gauss;
     size_t channels;
     double tolerance; /* absolute, W per leaf */
-    int side;         /* rays are stratified side x side per point */
+    size_t rays;      /* per leaf */
     bool *shaded;     /* [patches] something may come between it and what it sees */
     double *lost;     /* [leaves][2][channels] on backs, escaped; summed in leaf order */
 } energy;
@@ -64,29 +67,6 @@ static double hash_unit(uint64_t x)
     return (double)((x ^ (x >> 31)) >> 11) * 0x1p-53;
 }
 
-/* Cosine-weighted stratified directions (Malley); strata jittered by a hash of point and stratum. */
-static fractions sampled_fractions(const energy *e, size_t patch, const double point[3], uint64_t seed)
-{
-    const hpr_patches *patches = e->patches;
-    hpr_vec3 n = hpr_vec3_load(patches->normal + 3 * patch), u = hpr_vec3_load(patches->edge1 + 3 * patch);
-    u = hpr_scale(u, 1 / hpr_length(u));
-    hpr_vec3 v = hpr_cross(n, u);
-    double near = 1e-9 * hpr_patches_radius(patches, (double[3]){0}) + patches->weld_m;
-    size_t rays = (size_t)e->side * (size_t)e->side, backs = 0, outs = 0;
-    for (size_t r = 0; r < rays; r++) {
-        double a = ((double)(r % (size_t)e->side) + hash_unit(2 * (seed * rays + r) + 1)) / e->side;
-        double b = ((double)(r / (size_t)e->side) + hash_unit(2 * (seed * rays + r) + 2)) / e->side;
-        double radius = sqrt(a), angle = 2 * 3.14159265358979323846 * b, direction[3];
-        hpr_vec3 d = hpr_madd(hpr_scale(n, sqrt(1 - a)), radius * cos(angle), u);
-        hpr_vec3_store(direction, hpr_madd(d, radius * sin(angle), v));
-        bool back = false;
-        hpr_hit hit = hpr_visibility_first_hit(e->visibility, point, direction, near, INFINITY, false, &back);
-        outs += hit.patch == HPR_NONE;
-        backs += hit.patch != HPR_NONE && back;
-    }
-    return (fractions){(double)backs / (double)rays, (double)outs / (double)rays};
-}
-
 /* A leaf while its losses are integrated. Values: [2][channels] on backs, escaped. */
 typedef struct leaf_integral {
     const energy *e;
@@ -95,7 +75,7 @@ typedef struct leaf_integral {
     hpr_shape shape;
     hpr_cell
         cell; /* triangle of the leaf's parameters over which boxes lie, collapsed: a = u (1 - v), b = v */
-    int cells;
+    int cells, nodes; /* boxes so far, nodes per axis of a box */
 } leaf_integral;
 
 static void leaf_point(const leaf_integral *l, double s, double t, double point[3])
@@ -139,15 +119,16 @@ static void add_point(const leaf_integral *l, double s, double t, double weight,
 /* Product Gauss over a box of the cell's collapsed coordinates. radiosity: scratch [channels]. */
 static void integrate_box(leaf_integral *l, const double box[4], double *sum, double *radiosity)
 {
-    const hpr_gauss_rule *gauss = &l->e->gauss->legendre[CELL_NODES];
+    int nodes = l->nodes;
+    const hpr_gauss_rule *gauss = &l->e->gauss->legendre[nodes];
     const double *o = l->cell.origin, *e1 = l->cell.edge1, *e2 = l->cell.edge2;
     double parameters = l->shape == HPR_SHAPE_TRIANGLE ? 0.5 : 1; /* area of the parameter domain */
     double area =
         fabs(e1[0] * e2[1] - e1[1] * e2[0]) * l->e->elements->area_m2[l->node] / parameters * box[2] * box[3];
     memset(sum, 0, 2 * l->e->channels * sizeof *sum);
     l->cells++;
-    for (int j = 0; j < CELL_NODES; j++) {
-        for (int i = 0; i < CELL_NODES; i++) {
+    for (int j = 0; j < nodes; j++) {
+        for (int i = 0; i < nodes; i++) {
             double v = box[1] + box[3] * gauss->node[j], a = (box[0] + box[2] * gauss->node[i]) * (1 - v),
                    point[3];
             double s = o[0] + a * e1[0] + v * e2[0], t = o[1] + a * e1[1] + v * e2[1];
@@ -233,25 +214,61 @@ static void lose_exactly(leaf_integral *l, double *total)
     }
 }
 
+/* A cosine-weighted direction (Malley) from two numbers in [0,1). */
+static void cosine_direction(const hpr_patches *patches, size_t patch, const double at[2],
+                             double direction[3])
+{
+    hpr_vec3 n = hpr_vec3_load(patches->normal + 3 * patch), u = hpr_vec3_load(patches->edge1 + 3 * patch);
+    u = hpr_scale(u, 1 / hpr_length(u));
+    double radius = sqrt(at[0]), angle = 2 * 3.14159265358979323846 * at[1];
+    hpr_vec3 d = hpr_madd(hpr_scale(n, sqrt(1 - at[0])), radius * cos(angle), u);
+    hpr_vec3_store(direction, hpr_madd(d, radius * sin(angle), hpr_cross(n, u)));
+}
+
+/*
+ * Rays from all over the leaf in all directions, each from a point of its own: what shows only backs, as
+ * under an open box, may be a small part of the leaf. A Kronecker sequence (Roberts 2018: powers of the root
+ * of x^5 = x + 1) moved at random.
+ */
+static void lose_by_rays(leaf_integral *l, double *total)
+{
+    static const double step[4] = {0.8566748838545029, 0.733891856627126, 0.6287067210378087,
+                                   0.5385972572236101};
+    const energy *e = l->e;
+    double scratch[e->channels],
+        near = 1e-9 * hpr_patches_radius(e->patches, (double[3]){0}) + e->patches->weld_m;
+    for (size_t r = 0; r < e->rays; r++) {
+        double at[4], point[3], direction[3];
+        for (size_t k = 0; k < 4; k++) {
+            at[k] = hash_unit(4 * l->leaf + k + 1) + (double)(r + 1) * step[k];
+            at[k] -= floor(at[k]);
+        }
+        if (l->shape == HPR_SHAPE_TRIANGLE && at[0] + at[1] > 1) {
+            at[0] = 1 - at[0];
+            at[1] = 1 - at[1];
+        }
+        leaf_point(l, at[0], at[1], point);
+        cosine_direction(e->patches, l->patch, at + 2, direction);
+        bool back = false;
+        hpr_hit hit = hpr_visibility_first_hit(e->visibility, point, direction, near, INFINITY, false, &back);
+        fractions f = {hit.patch != HPR_NONE && back, hit.patch == HPR_NONE};
+        if (f.back + f.out > 0)
+            add_point(l, at[0], at[1], e->elements->area_m2[l->node] / (double)e->rays, f, scratch, total);
+    }
+}
+
 static void lose_from_leaf(const energy *e, size_t leaf)
 {
     uint32_t node = e->elements->leaf[leaf], patch = e->elements->patch[node];
     leaf_integral l = {
         .e = e, .leaf = leaf, .patch = patch, .node = node, .shape = (hpr_shape)e->patches->shape[patch]};
-    double *total = e->lost + 2 * e->channels * leaf, scratch[e->channels];
-    if (!e->shaded[patch]) {
+    double *total = e->lost + 2 * e->channels * leaf;
+    int degree = e->elements->degree[node];
+    l.nodes = e->elements->leaf_count < MANY_LEAVES || degree + 2 > CELL_NODES ? CELL_NODES : degree + 2;
+    if (e->shaded[patch])
+        lose_by_rays(&l, total);
+    else
         lose_exactly(&l, total);
-        return;
-    }
-    bool triangle = l.shape == HPR_SHAPE_TRIANGLE;
-    const hpr_gauss_rule *first = &e->gauss->legendre[2], *second = triangle ? &e->gauss->jacobi[2] : first;
-    for (int k = 0; k < 4; k++) {
-        double t = second->node[k / 2], s = first->node[k % 2] * (triangle ? 1 - t : 1), point[3];
-        double weight = first->weight[k % 2] * second->weight[k / 2] * (triangle ? 2 : 1);
-        leaf_point(&l, s, t, point);
-        add_point(&l, s, t, weight * e->elements->area_m2[node],
-                  sampled_fractions(e, patch, point, 4 * leaf + (size_t)k), scratch, total);
-    }
 }
 
 /* What needs no visibility any more: emitted, from outside and absorbed. */
@@ -293,9 +310,9 @@ static hpr_status prepare(energy *e)
     for (size_t c = 0; c < e->channels; c++)
         come_in = fmax(come_in, e->solution->energy[c].emitted + e->solution->energy[c].environment);
     e->tolerance = 1e-11 * come_in / (double)(leaves ? leaves : 1);
-    e->side = 4;
-    while (e->side < 32 && 4 * leaves * (size_t)(e->side * e->side) < RAYS)
-        e->side *= 2;
+    e->rays = LEAST_RAYS;
+    while (e->rays < MOST_RAYS && 2 * leaves * e->rays <= RAYS)
+        e->rays *= 2;
     return HPR_OK;
 }
 

@@ -41,8 +41,8 @@ def blocks_of(reference, other, channels):
                 count = len(rows) * len(columns)
                 mean, shown = (_means(picture, name, columns, rows) for picture in (reference, other))
                 error = math.sqrt(_means(reference, "variance." + name, columns, rows) / count)
-                off = abs(shown - mean)
-                z = off / error if error > 0 else (0 if off <= ROUNDING * abs(mean) else math.inf)
+                off = max(abs(shown - mean) - ROUNDING * abs(mean), 0)
+                z = off / error if error > 0 else (math.inf if off else 0)
                 yield Block(name, x // BLOCK, y // BLOCK, mean, shown, error, math.copysign(z, shown - mean))
 
 

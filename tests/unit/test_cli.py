@@ -226,6 +226,25 @@ def check_full_disk(command):
                   [*problems(result, 1, [*full, target], ""), *(f"left: {name}" for name in left)])
 
 
+def check_choice(command):
+    """101 patches, and no light, so that nothing but the choice is made."""
+    def settings(*options, stderr):
+        result = command("solve", "many.gltf", *options, "-o", "many.glb", "--report", "many.json")
+        with open(path_of(command, "many.json"), encoding="utf-8") as file:
+            found = json.load(file)
+        said = any(text in warning for text in stderr for warning in found["warnings"])
+        return [*problems(result, 0, [*stderr, "no light"]), *([] if said or not stderr else ["not in the report"])], [
+            found["settings"][key] for key in ("order", "subdivide", "feet")]
+
+    write_scene(path_of(command, "many.gltf"), plates=50, materials=[{}, {"doubleSided": True}])
+    wrong, chosen = settings(stderr=["101 patches", "--order 2 --subdivide 1 --feet 0"])
+    check("a scene of many patches is solved more coarsely, and that is said", [*wrong, *(["not 2 1 0"] if chosen != [2, 1, 0] else [])])
+    wrong, chosen = settings("--order", "4", "--subdivide", "2", stderr=[])
+    check("but not if order and subdivision are given", [*wrong, *(["not 4 2 0"] if chosen != [4, 2, 0] else [])])
+    wrong, chosen = settings("--order", "5", stderr=["--order 5 --subdivide 0 --feet 0"])
+    check("a given order stays", [*wrong, *(["not 5 0 0"] if chosen != [5, 0, 0] else [])])
+
+
 def check_solve(command):
     result = command("solve", "one.gltf", *COARSE, "-o", "x.glb", "--report", "x.json")
     words = ("patches", "elements", "dofs", "sweeps", "residual", "seconds", "wrote x.glb", "wrote x.json")
@@ -371,6 +390,7 @@ def main():
         result = command("solve", "one.gltf", *COARSE, "-o", "one.glb")
         check("solve: exit code 0", problems(result, 0))
         check_usage(command)
+        check_choice(command)
         check_solve(command)
         check_inputs(command)
         check_outputs_refused(command)

@@ -81,6 +81,8 @@ def check_z_test():
           len(z_test.compare(reference, even(64, 1), .009).problems) == 3)
     flat = noisy(20, 1, 0, 1)
     check("z-test: without noise, equality", z_test.compare(flat, even(20, 1), .01).problems)
+    check("z-test: nor does rounding count where there is hardly any noise",
+          z_test.compare(noisy(20, 1, 1e-11, 1), even(20, 1 + 2 ** -24), .01).problems)
     check("z-test: without noise, nothing else", bool(z_test.compare(flat, even(20, 1 + 1e-5), .01).problems))
     alarms = sum(bool(z_test.compare(noisy(32, 1, .1, seed), even(32, 1), .01, .1).problems) for seed in range(100))
     check("z-test: false alarms are as rare as asked", 2 <= alarms <= 20)  # 10 +- 3 of 100

@@ -22,6 +22,7 @@ static hpr_solution example(fixture *f)
     s.summary = (hpr_solve_summary){
         .options = {.order = 2, .subdivide = 3, .feet = 1, .solver_tolerance = 1e-12, .max_sweeps = 100},
         .blocked_tolerance = 1e-3,
+        .visibility_error = 0.0025,
         .environment = HPR_ENVIRONMENT_EXACT,
         .environment_closed = 5,
         .environment_clipped = 6,
@@ -92,6 +93,7 @@ static void keys_are_as_documented(void **state)
         {"settings/feet", 1},
         {"settings/block_tolerance", 1e-6},
         {"settings/blocked_tolerance", 1e-3},
+        {"visibility_error", 0.0025},
         {"settings/solver_tolerance", 1e-12},
         {"settings/max_sweeps", 100},
         {"counts/patches", 11},

@@ -68,6 +68,10 @@ typedef struct hpr_job_result {
     size_t row_count;          /**< surfaces in a matrix of view factors */
     size_t pair_count;         /**< pairs of patches that were integrated for it */
     size_t short_count;        /**< of these: how many stopped short of the tolerance */
+    size_t outside_count;      /**< view factors outside [0, 1] by more than 1e-14 */
+    double closure_defect;     /**< largest |sum_j sqrt(A_j) K_ij^{k0} / sqrt(A_i) - delta_k0| over the rows i
+                                    and functions k; of view factors largest |1 - row sum|: rounding and
+                                    errors if the model is closed, else what is open */
     uint64_t ray_count;        /**< rays of path tracing, those of the camera included */
     double noise;              /**< of path tracing: RMS standard error of a pixel over RMS radiance, all
                                     channels together; of the worst picture, 0 if it is black */
@@ -175,10 +179,11 @@ typedef struct hpr_job_form_factors_options {
         *output_path; /**< its extension decides the format: .npy, .csv or .txt; NULL: base name of the model
                            + ".npy", in the working folder. The table has the same name with
                            ".surfaces.csv" for the extension */
-    double tolerance; /**< relative, of each entry, 0 < tolerance < 1 (default 1e-9) */
-    int order;        /**< -1: view factors; 0 ... 16: kernel blocks of this degree, .npy only */
-    int use_eps;      /**< 1: where a .vs3 file has eps, that is the tolerance */
-    hpr_read_options read; /**< of glTF models */
+    const char *report_path; /**< NULL: none */
+    double tolerance;        /**< relative, of each entry, 0 < tolerance < 1 (default 1e-9) */
+    int order;               /**< -1: view factors; 0 ... 16: kernel blocks of this degree, .npy only */
+    int use_eps;             /**< 1: where a .vs3 file has eps, that is the tolerance */
+    hpr_read_options read;   /**< of glTF models */
     /** Called once before the long work; NULL: not wanted. `user` is that of the events. */
     void (*planned)(void *user, size_t row_count, double bytes);
     hpr_job_events events;
@@ -195,8 +200,8 @@ HPR_API void hpr_job_form_factors_options_init(hpr_job_form_factors_options *opt
  * warned about and left alone. With `order` >= 0 the file is [N][N][n][n]: block K_ij^kl of receiver i and
  * sender j, zero-padded to the largest n; every row must then be one parallelogram or triangle (else
  * HPR_ERR_UNSUPPORTED). Errors: as above; HPR_ERR_MEMORY also before the work if the machine has too little;
- * HPR_ERR_TOLERANCE if some pair stopped short of the tolerance: everything is written then. `options` may be
- * NULL.
+ * HPR_ERR_TOLERANCE if some pair stopped short of the tolerance: everything is written then. The report has
+ * the keys that the README lists for it. `options` may be NULL.
  */
 HPR_API hpr_status hpr_job_form_factors(hpr_context *context, const char *model_path,
                                         const hpr_job_form_factors_options *options, hpr_job_result *result);

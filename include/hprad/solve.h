@@ -27,15 +27,29 @@ typedef enum hpr_direct_mode {
     HPR_DIRECT_GALERKIN /**< projected onto the basis like everything else */
 } hpr_direct_mode;
 
+/** How the linear system is solved. All give the same solution. */
+typedef enum hpr_solver_method {
+    HPR_SOLVER_AUTO,         /**< Gauss-Seidel, and GMRES where that takes long */
+    HPR_SOLVER_GAUSS_SEIDEL, /**< patch after patch */
+    HPR_SOLVER_GMRES,        /**< preconditioned by a Gauss-Seidel sweep */
+    HPR_SOLVER_GATHERING,    /**< Jacobi: all patches at once */
+    HPR_SOLVER_SHOOTING      /**< Southwell: the brightest patch first, progressive refinement */
+} hpr_solver_method;
+
+/** "auto", "gauss-seidel", "gmres", "gathering", "shooting"; static text. */
+HPR_API const char *hpr_solver_name(hpr_solver_method method);
+
 /** How a scene is solved. */
 typedef struct hpr_solve_options {
     int order;     /**< polynomial degree p of every element, 0 .. HPR_MAX_ORDER, or HPR_CHOOSE */
     int subdivide; /**< N: 4^N elements per patch, 0 .. HPR_MAX_SUBDIVIDE, or HPR_CHOOSE */
     int feet;      /**< so often are elements quartered that the foot of an object cuts, 0 .. HPR_MAX_FEET, or
                         HPR_CHOOSE */
-    double block_tolerance;  /**< relative, per block; 0: chosen, see hpr_solve_summary */
-    double solver_tolerance; /**< relative residual of the linear system */
-    int max_sweeps;          /**< iteration limit */
+    double link_tolerance;  /**< of the operator's norm, for what links leave out; 0: chosen */
+    double block_tolerance; /**< relative, per block; 0: chosen, see hpr_solve_summary */
+    hpr_solver_method solver;
+    double solver_tolerance; /**< relative error of the linear system's solution */
+    int max_sweeps;          /**< limit of sweeps, iterations or shots */
     hpr_direct_mode direct;  /**< what becomes of direct light */
 } hpr_solve_options;
 
@@ -77,7 +91,8 @@ typedef struct hpr_solve_summary {
     double environment_error; /**< estimated, of the mean of V on an element: root of its mean square */
     size_t channels_solved;   /**< 1 if all channels agree, else their number */
     size_t degenerate_count, duplicate_count;
-    double block_tolerance;   /**< of blocks that nothing obstructs: 1e-12 in an unobstructed scene, else 1e-5
+    double link_tolerance, link_error; /**< in force, and what unobstructed links leave out, measured */
+    double block_tolerance;   /**< of blocks that nothing obstructs: 1e-13 in an unobstructed scene, else 1e-5
                                  to 3e-3 */
     double blocked_tolerance; /**< of the others, relative to themselves or to the sender's share of the area:
                                  by what they cost, 1e-6 to 0.03; 0 if they are sampled */
@@ -85,8 +100,12 @@ typedef struct hpr_solve_summary {
                                  from  blocks that are sampled: of one reflection, were all surfaces equally
                                  bright */
     size_t short_count;       /**< blocks that stopped short of theirs */
-    int sweeps;
-    double residual; /**< relative, of the last sweep */
+    /** Largest estimated error of an entry of the (dimensionless) blocks between elements, rounding of the
+     *  coordinates included: of those that are not sampled, and a guess for those that are. */
+    double block_error, sampled_error;
+    int solver;      /**< hpr_solver_method that was used last */
+    int sweeps;      /**< applications of the operator; of shooting: shots */
+    double residual; /**< |D + K rho H - H| / |H|, computed afresh at the end */
     int occluded;    /**< 1 if some pair of patches may be blocked */
 } hpr_solve_summary;
 

@@ -2,6 +2,7 @@
 #include "app/job.h"
 #include "app/names.h"
 #include "basis/basis.h"
+#include "io/factors_report.h"
 #include "io/factors_write.h"
 #include "io/vs3_read.h"
 #include "link/form_factors.h"
@@ -87,7 +88,11 @@ static hpr_status claim_outputs(work *w)
         return hpr_fail(ctx, HPR_ERR_MEMORY, "out of memory for a file name");
     hpr_outputs_input(&w->job.outputs, w->model_path);
     status = hpr_outputs_claim(&w->job.outputs, w->output_path);
-    return status == HPR_OK ? hpr_outputs_claim(&w->job.outputs, w->table_path) : status;
+    if (status == HPR_OK)
+        status = hpr_outputs_claim(&w->job.outputs, w->table_path);
+    if (status == HPR_OK && w->options->report_path)
+        status = hpr_outputs_claim(&w->job.outputs, w->options->report_path);
+    return status;
 }
 
 static hpr_status read_vs3(work *w)
@@ -190,6 +195,23 @@ static void warn_unclosed(const work *w)
                  w->model_path, worst, w->rows->row[worst].name, w->row_sum[worst]);
 }
 
+/* Largest |sum_j sqrt(A_j) K_ij^{k0} / sqrt(A_i) - delta_k0| of the rows with area. */
+static double closure_defect(const work *w)
+{
+    size_t count = w->rows->count, n = w->block ? hpr_form_blocks_size(w->rows, w->options->order) : 1;
+    double worst = 0;
+    for (size_t i = 0; i < count; i++) {
+        double area = w->rows->row[i].area_m2;
+        for (size_t k = 0; k < n && area > 0; k++) {
+            double sum = k ? 0 : w->row_sum[i];
+            for (size_t j = 0; j < count && k; j++)
+                sum += sqrt(w->rows->row[j].area_m2 / area) * w->block[((i * count + j) * n + k) * n];
+            worst = fmax(worst, fabs(sum - (k == 0)));
+        }
+    }
+    return worst;
+}
+
 /* Sums the rows of F, checks that nothing is impossible. */
 static hpr_status judge(work *w)
 {
@@ -212,6 +234,10 @@ static hpr_status judge(work *w)
     if (status == HPR_OK && outside)
         hpr_warn(ctx, "%s: %zu view factors are outside [0, 1] by more than %g", w->model_path, outside,
                  rounding);
+    if (status == HPR_OK) {
+        w->job.result->outside_count = outside;
+        w->job.result->closure_defect = closure_defect(w);
+    }
     if (status == HPR_OK && w->closed)
         warn_unclosed(w);
     hpr_release(ctx, line);
@@ -294,6 +320,30 @@ static hpr_status write_matrix(const work *w)
     }
 }
 
+static hpr_status write_report(work *w)
+{
+    const char *path = w->options->report_path;
+    const hpr_factors_report report = {.model_path = w->model_path,
+                                       .tolerance = w->tolerance,
+                                       .order = w->options->order,
+                                       .row_count = w->rows->count,
+                                       .pair_count = w->done.pair_count,
+                                       .blocked_count = w->done.blocked_count,
+                                       .rounded_count = w->done.rounded_count,
+                                       .short_count = w->done.short_count,
+                                       .outside_count = w->job.result->outside_count,
+                                       .relative_error = w->done.relative_error,
+                                       .sampled_error = w->done.sampled_error,
+                                       .closed = w->closed,
+                                       .closure_defect = w->job.result->closure_defect};
+    if (!path)
+        return HPR_OK;
+    hpr_status status = hpr_factors_report_write(w->job.context, &report, path);
+    if (status == HPR_OK)
+        hpr_job_wrote(&w->job, &(hpr_job_file){.kind = HPR_JOB_FILE_REPORT, .path = path});
+    return status;
+}
+
 static hpr_status write_outputs(work *w)
 {
     hpr_context *ctx = w->job.context;
@@ -310,12 +360,13 @@ static hpr_status write_outputs(work *w)
     if (status != HPR_OK)
         return status;
     hpr_job_wrote(&w->job, &(hpr_job_file){.kind = HPR_JOB_FILE_TABLE, .path = w->table_path});
-    if (w->done.short_count)
+    status = write_report(w);
+    if (status == HPR_OK && w->done.short_count)
         return hpr_fail(
             ctx, HPR_ERR_TOLERANCE,
             "%s: %zu of %zu pairs of patches stopped short of the tolerance %g; the result is written",
             w->model_path, w->done.short_count, w->done.pair_count, w->tolerance);
-    return HPR_OK;
+    return status;
 }
 
 hpr_status hpr_job_form_factors(hpr_context *ctx, const char *model_path,

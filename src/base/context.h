@@ -28,6 +28,7 @@ typedef enum hpr_counter {
     HPR_COUNT_PAIRS_PARTIAL, /* element pairs that may be blocked */
     HPR_COUNT_SAMPLED,       /* blocks whose visibility was sampled by rays */
     HPR_COUNT_SHORT,         /* blocks whose quadrature stopped short of its tolerance */
+    HPR_COUNT_ROUNDED,       /* blocks that only rounding of the coordinates may keep from it */
     HPR_COUNTER_COUNT
 } hpr_counter;
 

@@ -194,3 +194,86 @@ void hpr_basis_eval(hpr_shape shape, int degree, double s, double t, double *val
     else
         dubiner(degree, s, t, values);
 }
+
+/* sqrt(2n+1) P_n(2s-1) into rows `step` apart. */
+static void legendre_many(int degree, size_t count, const double *restrict s, double *restrict before,
+                          double *restrict now, size_t step, double *values)
+{
+    for (size_t k = 0; k < count; k++) {
+        before[k] = 0;
+        now[k] = 1;
+    }
+    for (int n = 0; n <= degree; n++) {
+        double *restrict row = values + (size_t)n * step;
+        for (size_t k = 0; k < count; k++) {
+            row[k] = norm[n] * now[k];
+            double next = raise_by[n] * (2 * s[k] - 1) * now[k] - lower_by[n] * before[k];
+            before[k] = now[k];
+            now[k] = next;
+        }
+    }
+}
+
+static void tensor_many(int degree, size_t count, const double *s, const double *t, size_t stride,
+                        double *values, double *scratch)
+{
+    size_t n = (size_t)degree + 1;
+    /* in s at k = n a, in t at k = b; a = 0 is 1 and stays to the last */
+    legendre_many(degree, count, s, scratch, scratch + stride, n * stride, values);
+    legendre_many(degree, count, t, scratch, scratch + stride, stride, values);
+    for (size_t a = 1; a < n; a++) {
+        const double *in_s = values + n * a * stride;
+        for (size_t b = 1; b < n; b++) {
+            const double *in_t = values + b * stride;
+            double *restrict product = values + (n * a + b) * stride;
+            for (size_t k = 0; k < count; k++)
+                product[k] = in_s[k] * in_t[k];
+        }
+    }
+}
+
+static void dubiner_many(int degree, size_t count, const double *s, const double *t, size_t stride,
+                         double *values, double *scratch)
+{
+    double *row_before = scratch, *row = scratch + stride, *before = scratch + 2 * stride,
+           *now = scratch + 3 * stride;
+    for (size_t k = 0; k < count; k++) {
+        row_before[k] = 0;
+        row[k] = 1;
+    }
+    for (int i = 0; i <= degree; i++) {
+        for (size_t k = 0; k < count; k++) {
+            before[k] = 0;
+            now[k] = row[k];
+        }
+        for (int j = 0; i + j <= degree; j++) {
+            int d = i + j;
+            double alpha = 2 * i + 1, c = 2 * j + alpha;
+            double below = 0.5 * inverse[j + 1] * inverse[j + 2 * i + 2] * inverse[2 * j + 2 * i + 1];
+            double rise = (c + 1) * c * (c + 2) * below, shift = (c + 1) * alpha * alpha * below;
+            double fall = 2 * (j + alpha) * j * (c + 2) * below, factor = norm[i] * root[d];
+            double *restrict out = values + (size_t)(d * (d + 1) / 2 + j) * stride;
+            for (size_t k = 0; k < count; k++) {
+                out[k] = factor * now[k];
+                double next = (rise * (2 * t[k] - 1) + shift) * now[k] - fall * before[k];
+                before[k] = now[k];
+                now[k] = next;
+            }
+        }
+        for (size_t k = 0; k < count; k++) {
+            double v = 1 - t[k];
+            double next = raise_by[i] * (2 * s[k] + t[k] - 1) * row[k] - lower_by[i] * v * v * row_before[k];
+            row_before[k] = row[k];
+            row[k] = next;
+        }
+    }
+}
+
+void hpr_basis_many(hpr_shape shape, int degree, size_t count, const double *s, const double *t,
+                    size_t stride, double *values, double *scratch)
+{
+    if (shape == HPR_SHAPE_PARALLELOGRAM)
+        tensor_many(degree, count, s, t, stride, values, scratch);
+    else
+        dubiner_many(degree, count, s, t, stride, values, scratch);
+}

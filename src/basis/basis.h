@@ -19,6 +19,11 @@ size_t hpr_basis_count(hpr_shape shape, int degree);
 /* values[hpr_basis_count] = phi_k(s,t). degree <= HPR_MAX_DEGREE. Thread-safe. */
 void hpr_basis_eval(hpr_shape shape, int degree, double s, double t, double *values);
 
+/* values[hpr_basis_count][stride], of which the first `count` <= stride of each row are written: phi_k at
+ * points s, t [count]. Equal to hpr_basis_eval but for rounding. scratch: [4 stride]. Thread-safe. */
+void hpr_basis_many(hpr_shape shape, int degree, size_t count, const double *s, const double *t,
+                    size_t stride, double *values, double *scratch);
+
 /* The factor from phi to T for an element of this area. */
 double hpr_basis_scale(hpr_shape shape, double area_m2);
 

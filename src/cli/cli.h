@@ -95,6 +95,8 @@ void cli_mind_stdout(cli_run *run, const char *path);
 bool cli_integer(const char *option, const char *text, int low, int high, int *value);
 /* Above 0 and up to `high`, or, if `below`, less than that. */
 bool cli_positive(const char *option, const char *text, double high, bool below, double *value);
+/* A file name; an empty one is refused. */
+bool cli_path(const char *option, const char *text, const char **path);
 bool cli_size(const char *option, const char *text, int *width, int *height);
 
 /* Radiance from outside: one number or several with commas between, each from 0. */
@@ -141,7 +143,9 @@ enum {
     CLI_OPTION_ORDER,
     CLI_OPTION_SUBDIVIDE,
     CLI_OPTION_FEET,
+    CLI_OPTION_LINK_TOLERANCE,
     CLI_OPTION_BLOCK_TOLERANCE,
+    CLI_OPTION_SOLVER,
     CLI_OPTION_DIRECT,
     CLI_OPTION_ENVIRONMENT,
     CLI_OPTION_MAX_SWEEPS,

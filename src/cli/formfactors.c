@@ -6,7 +6,14 @@
 
 enum { MAX_ORDER = 16 };
 
-enum { OPTION_OUTPUT = CLI_OPTION_OWN, OPTION_TOLERANCE, OPTION_ORDER, OPTION_USE_EPS, OPTION_SCENE_INDEX };
+enum {
+    OPTION_OUTPUT = CLI_OPTION_OWN,
+    OPTION_TOLERANCE,
+    OPTION_ORDER,
+    OPTION_USE_EPS,
+    OPTION_SCENE_INDEX,
+    OPTION_REPORT
+};
 
 static const struct poptOption options[] = {
     {"output", 'o', POPT_ARG_STRING, NULL, OPTION_OUTPUT,
@@ -19,6 +26,8 @@ static const struct poptOption options[] = {
      NULL},
     {"scene-index", 0, POPT_ARG_STRING, NULL, OPTION_SCENE_INDEX,
      "which scene of a glTF file, from 0 (default: the file's choice)", "N"},
+    {"report", 0, POPT_ARG_STRING, NULL, OPTION_REPORT,
+     "write what was done, how exactly and at what cost as JSON", "R.json"},
     {NULL, 0, POPT_ARG_INCLUDE_TABLE, (void *)cli_common_options, 0, "Common:", NULL},
     POPT_TABLEEND};
 
@@ -36,6 +45,8 @@ static bool take(void *user, int id, const char *value)
     case OPTION_USE_EPS:
         chosen->use_eps = 1;
         return true;
+    case OPTION_REPORT:
+        return cli_path("--report", value, &chosen->report_path);
     default:
         return cli_integer("--scene-index", value, 0, INT_MAX, &chosen->read.scene_index);
     }
@@ -65,6 +76,12 @@ static void say_plan(void *user, size_t row_count, double bytes)
     fflush(stdout);
 }
 
+static void print_summary(const hpr_job_result *result)
+{
+    printf("closure   %.2g\n", result->closure_defect);
+    printf("seconds   %.2f\n", result->seconds);
+}
+
 int cli_formfactors(int argc, const char **argv)
 {
     hpr_job_form_factors_options chosen;
@@ -75,13 +92,14 @@ int cli_formfactors(int argc, const char **argv)
         code = cli_open(&run);
     if (code == CLI_GO_ON) {
         cli_mind_stdout(&run, chosen.output_path);
+        cli_mind_stdout(&run, chosen.report_path);
         chosen.events = cli_events(&run);
         chosen.planned = say_plan;
         hpr_job_result result;
         hpr_status status = hpr_job_form_factors(run.context, run.operand[0], &chosen, &result);
         code = cli_conclude(&run, status, result.step);
         if ((status == HPR_OK || status == HPR_ERR_TOLERANCE) && !run.quiet)
-            printf("seconds   %.2f\n", result.seconds);
+            print_summary(&result);
     }
     cli_finish(&run);
     return code;

@@ -25,10 +25,19 @@ const struct poptOption cli_solve_options[] = {
      "uniform radiance from outside, W/m2/sr, seen by surfaces and cameras: one number, or one per channel "
      "(default 0)",
      "L|R,G,B"},
+    {"link-tol", 0, POPT_ARG_STRING, NULL, CLI_OPTION_LINK_TOLERANCE,
+     "what links between groups of elements may leave out of the operator, relative to its norm (default: "
+     "what "
+     "the number of elements allows)",
+     "T"},
     {"block-tol", 0, POPT_ARG_STRING, NULL, CLI_OPTION_BLOCK_TOLERANCE,
-     "relative tolerance of each transport block (default 1e-12 where nothing blocks anything, else by what "
+     "relative tolerance of each transport block (default 1e-13 where nothing blocks anything, else by what "
      "the blocked ones would cost)",
      "T"},
+    {"solver", 0, POPT_ARG_STRING, NULL, CLI_OPTION_SOLVER,
+     "how the linear system is solved: Gauss-Seidel sweeps, GMRES, gathering (Jacobi), shooting (progressive "
+     "refinement); default auto: Gauss-Seidel, and GMRES where that takes long",
+     "auto|gauss-seidel|gmres|gathering|shooting"},
     {"max-sweeps", 0, POPT_ARG_STRING, NULL, CLI_OPTION_MAX_SWEEPS, "iteration limit of the solver", "N"},
     {"max-reflectance", 0, POPT_ARG_STRING, NULL, CLI_OPTION_MAX_REFLECTANCE,
      "scale reflectances above R down to R", "R"},
@@ -151,7 +160,18 @@ static bool take_direct(const char *text, hpr_direct_mode *direct)
     return false;
 }
 
-static bool take_path(const char *option, const char *text, const char **path)
+static bool take_solver(const char *text, hpr_solver_method *solver)
+{
+    for (int i = HPR_SOLVER_AUTO; i <= HPR_SOLVER_SHOOTING; i++) {
+        *solver = (hpr_solver_method)i;
+        if (!strcmp(text, hpr_solver_name(*solver)))
+            return true;
+    }
+    cli_complain("--solver '%s': expected auto, gauss-seidel, gmres, gathering or shooting", text);
+    return false;
+}
+
+bool cli_path(const char *option, const char *text, const char **path)
 {
     *path = text;
     if (text[0])
@@ -175,12 +195,16 @@ int cli_take_solve_option(cli_solve_settings *settings, int id, const char *valu
     case CLI_OPTION_FEET:
         settings->feet_given = true;
         return cli_integer("--feet", value, 0, HPR_MAX_FEET, &solve->feet);
+    case CLI_OPTION_LINK_TOLERANCE:
+        return cli_positive("--link-tol", value, 1, true, &solve->link_tolerance);
     case CLI_OPTION_BLOCK_TOLERANCE:
         return cli_positive("--block-tol", value, 1, true, &solve->block_tolerance);
     case CLI_OPTION_DIRECT:
         return take_direct(value, &solve->direct);
     case CLI_OPTION_ENVIRONMENT:
         return cli_take_environment(value, &settings->environment);
+    case CLI_OPTION_SOLVER:
+        return take_solver(value, &solve->solver);
     case CLI_OPTION_MAX_SWEEPS:
         return cli_integer("--max-sweeps", value, 1, INT_MAX, &solve->max_sweeps);
     case CLI_OPTION_MAX_REFLECTANCE:
@@ -190,7 +214,7 @@ int cli_take_solve_option(cli_solve_settings *settings, int id, const char *valu
     case CLI_OPTION_SCENE_INDEX:
         return cli_integer("--scene-index", value, 0, INT_MAX, &read->scene_index);
     case CLI_OPTION_REPORT:
-        return take_path("--report", value, &settings->report_path);
+        return cli_path("--report", value, &settings->report_path);
     case CLI_OPTION_TOLERANCE:
         if (cli_positive("--tol", value, INFINITY, false, &tolerance))
             cli_complain("--tol '%s': this version cannot adapt to a tolerance yet; choose --order and "

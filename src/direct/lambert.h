@@ -7,6 +7,8 @@
 #ifndef HPR_DIRECT_LAMBERT_H
 #define HPR_DIRECT_LAMBERT_H
 
+#include "math/vec3.h"
+
 #include <stddef.h>
 
 /*
@@ -15,5 +17,15 @@
  */
 double hpr_lambert_fraction(const double point[3], const double normal[3], const double (*corner)[3],
                             size_t count);
+
+/* The same with what it lost. */
+typedef struct hpr_lambert {
+    double fraction;
+    double cancellation; /* sum of the edges' terms without regard to sign, over the sum: >= 1 */
+    double rounding;     /* relative error over the unit roundoff, to be expected; >= cancellation */
+} hpr_lambert;
+
+/* For a polygon wholly above the horizon, corners relative to the point; count >= 3. */
+hpr_lambert hpr_lambert_above(hpr_vec3 normal, const hpr_vec3 *corner, size_t count);
 
 #endif

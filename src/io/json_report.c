@@ -26,6 +26,7 @@ static void add_counts(cJSON *root, const hpr_solution *solution, bool *ok)
     hpr_json_number(settings, "order", summary->options.order, ok);
     hpr_json_number(settings, "subdivide", summary->options.subdivide, ok);
     hpr_json_number(settings, "feet", summary->options.feet, ok);
+    hpr_json_number(settings, "link_tolerance", summary->link_tolerance, ok);
     hpr_json_number(settings, "block_tolerance", summary->block_tolerance, ok);
     hpr_json_number(settings, "blocked_tolerance", summary->blocked_tolerance, ok);
     hpr_json_number(settings, "solver_tolerance", summary->options.solver_tolerance, ok);
@@ -63,6 +64,7 @@ static void add_counters(cJSON *root, const hpr_context *ctx, bool *ok)
         [HPR_COUNT_PAIRS_PARTIAL] = "pairs_partial",
         [HPR_COUNT_SAMPLED] = "blocks_sampled",
         [HPR_COUNT_SHORT] = "blocks_short",
+        [HPR_COUNT_ROUNDED] = "blocks_rounded",
     };
     cJSON *counters = hpr_json_object(root, "counters", ok);
     for (int i = 0; i < HPR_COUNTER_COUNT; i++) {
@@ -97,10 +99,14 @@ void hpr_report_add_cost(cJSON *root, const hpr_context *ctx, bool *ok)
 static void add_accuracy(cJSON *root, const hpr_solve_summary *summary, bool *ok)
 {
     cJSON *solver = hpr_json_object(root, "solver", ok);
+    hpr_json_text(solver, "method", hpr_solver_name((hpr_solver_method)summary->solver), ok);
     hpr_json_number(solver, "sweeps", summary->sweeps, ok);
     hpr_json_number(solver, "residual", summary->residual, ok);
     hpr_json_number(solver, "blocks_short", (double)summary->short_count, ok);
     hpr_json_bool(solver, "occluded", summary->occluded, ok);
+    cJSON *quadrature = hpr_json_object(root, "quadrature", ok);
+    hpr_json_number(quadrature, "block_error", summary->block_error, ok);
+    hpr_json_number(quadrature, "sampled_error", summary->sampled_error, ok);
     hpr_json_null(root, "error_estimate", ok); /* until there is one of the whole */
     hpr_json_number(root, "visibility_error", summary->visibility_error, ok);
 }

@@ -2,12 +2,12 @@
  * The tables of the extension HPRAD_radiosity that its writer and its reader share, and what it holds.
  *
  * The extension stands at the root of the glTF, version 3; a newer one is refused. Version 1 has no
- * environment, version 2 no visibilityError in the summary. Lengths are in metres, light in SI units per
- * channel. It holds no times: the same solution gives the same bytes. An array is an object {bufferView,
- * componentType, components, count}: `count` items of `components` little-endian numbers (uint8, uint32,
- * uint64, float64), tightly packed in that buffer view, which begins at a multiple of 8 bytes in the file; an
- * empty array has no buffer view. 4294967295 means "none". Numbers in the JSON that are not finite are the
- * texts "NaN", "Infinity", "-Infinity".
+ * environment, version 2 no links, solver or errors of blocks in the summary. Lengths are in metres, light in
+ * SI units per channel. It holds no times: the same solution gives the same bytes. An array is an object
+ * {bufferView, componentType, components, count}: `count` items of `components` little-endian numbers (uint8,
+ * uint32, uint64, float64), tightly packed in that buffer view, which begins at a multiple of 8 bytes in the
+ * file; an empty array has no buffer view. 4294967295 means "none". Numbers in the JSON that are not finite
+ * are the texts "NaN", "Infinity", "-Infinity".
  *
  * - version: 3. scene: the file's name. channels: their names, mostly R, G, B. exposure: see the end
  * - environment: the radiance from outside, W/m2/sr, one number per channel

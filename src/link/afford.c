@@ -21,9 +21,12 @@ typedef struct prediction {
     double links, blocks; /* pairs of patches that are linked, doubles in their blocks */
 } prediction;
 
-static size_t patch_dofs(const hpr_elements *elements, size_t patch)
+/* Of the block of a pair of patches: all of an element's, if it is the patch; where it is divided, links may
+ * be as small as a constant. */
+static size_t least_dofs(const hpr_elements *elements, size_t patch)
 {
-    return elements->dof[elements->patch_leaf[patch + 1]] - elements->dof[elements->patch_leaf[patch]];
+    size_t first = elements->patch_leaf[patch], end = elements->patch_leaf[patch + 1];
+    return end - first == 1 ? elements->dof[end] - elements->dof[first] : 1;
 }
 
 /* Both at the lower end of two standard errors. */
@@ -38,7 +41,7 @@ static prediction predict(const hpr_visibility *visibility, const hpr_elements *
         drawn++;
         if (i == j || hpr_visibility_classify(visibility, &a, &b, NULL, 0, NULL, NULL) == HPR_SEES_NOTHING)
             continue;
-        double block = (double)patch_dofs(elements, i) * (double)patch_dofs(elements, j);
+        double block = (double)least_dofs(elements, i) * (double)least_dofs(elements, j);
         seen++;
         size += block;
         square += block * block;

@@ -6,10 +6,10 @@
 #include "visibility/visibility.h"
 
 /*
- * Predicts the bytes of the dense operator before all pairs are classified: 8 for each product of the
- * coefficients of two patches that may see each other, 40 for each such pair, one for every pair. How many
- * there are is estimated from pairs drawn at random, the same ones every time, less two standard errors of
- * that. Takes about a second for 100,000 patches.
+ * Predicts the least bytes of the operator before all pairs are classified: 8 for each product of the
+ * coefficients of two undivided patches that may see each other, 40 for each such pair, one for every pair.
+ * How many there are is estimated from pairs drawn at random, the same ones every time, less two standard
+ * errors of that. Takes about a second for 100,000 patches.
  */
 double hpr_links_predict(const hpr_visibility *visibility, const hpr_elements *elements);
 

@@ -1,8 +1,9 @@
-/* From patches and elements to links: who sees whom, how much memory that takes, and all the blocks. */
+/* The links' blocks: how much memory they take, how exact they have to be, and their integrals. */
 #include "link/afford.h"
 #include "link/blocked.h"
 #include "link/links.h"
-#include "visibility/views.h"
+#include "link/refine.h"
+#include "quadrature/far.h"
 
 #include <math.h>
 #include <omp.h>
@@ -14,10 +15,12 @@
 typedef struct worker {
     hpr_views_cursor *cursor;
     hpr_block_scratch *scratch;
-    uint32_t *candidate, *blocker; /* [occluder_count] of a pair of patches, of a pair of elements */
+    double *far_scratch;
+    uint32_t *candidate, *blocker; /* [occluder_count] of a pair of patches, of a pair of nodes */
     size_t candidate_count;
-    double *block; /* [HPR_MAX_BASIS]^2 */
+    uint32_t recv_patch, send_patch; /* the pair of patches that the candidates belong to */
     uint64_t counts[HPR_COUNTER_COUNT];
+    double block_error, sampled_error;
 } worker;
 
 typedef struct assembly {
@@ -28,110 +31,34 @@ typedef struct assembly {
     hpr_visibility *visibility;
     hpr_views *views;
     hpr_quadrature *quadrature;
+    hpr_far *far;
     hpr_links *links;
     worker *workers;  /* [threads] */
     uint8_t *verdict; /* [patches][patches] hpr_verdict, upper triangle */
     hpr_blocked blocked;
-    size_t *task_first; /* [link_count + 1] first task of each link; a task is one receiver leaf */
-    double *error2;     /* [tasks] what rays add to the square of the error */
+    double *left_out2; /* [link_count] square of what a link leaves out, 0 where that is unknown */
+    double *sampled2;  /* [link_count] what rays add to the square of the error */
 } assembly;
 
-/* The element, or its only open part. */
-static void frame_facet(const hpr_element_frame *frame, const hpr_polygon *part, int part_count,
-                        hpr_facet *facet)
+static size_t node_count(const assembly *a)
 {
-    hpr_vec3_store(facet->normal, frame->normal);
-    if (part_count == 1 && part->count <= 4) {
-        facet->corner_count = (size_t)part->count;
-        for (int i = 0; i < part->count; i++)
-            hpr_vec3_store(facet->corner[i], hpr_frame_point(frame, part->corner[i][0], part->corner[i][1]));
-        return;
-    }
-    hpr_cell whole = hpr_cell_whole(frame->shape);
-    hpr_vec3 corner[4];
-    facet->corner_count = (size_t)hpr_cell_corners(frame, &whole, corner);
-    for (size_t i = 0; i < facet->corner_count; i++)
-        hpr_vec3_store(facet->corner[i], corner[i]);
+    return a->elements->node_count;
 }
 
-/* Verdicts of all pairs of patches; counts those that see something. */
-static hpr_status find_verdicts(assembly *a, size_t *link_count)
-{
-    size_t n = a->patches->count;
-    atomic_size_t seen = 0;
-    hpr_status status = hpr_allocate_into(a->context, &a->verdict, n * n, 1, "visibility between patches");
-    if (status != HPR_OK)
-        return status;
-#pragma omp parallel for schedule(dynamic, 4) num_threads(hpr_context_threads(a->context))
-    for (size_t i = 0; i < n; i++) {
-        hpr_views_cursor *cursor = a->workers[omp_get_thread_num()].cursor;
-        size_t found = 0;
-        for (size_t j = i + 1; j < n && !hpr_cancelled(a->context); j++) {
-            hpr_verdict verdict = hpr_views_classify(a->views, cursor, i, j, NULL, NULL);
-            a->verdict[i * n + j] = (uint8_t)verdict;
-            found += verdict != HPR_SEES_NOTHING;
-        }
-        atomic_fetch_add(&seen, found);
-    }
-    *link_count = seen;
-    return hpr_cancelled(a->context) ? hpr_fail(a->context, HPR_ERR_INTERRUPTED, "interrupted") : HPR_OK;
-}
-
-static size_t patch_dofs(const assembly *a, size_t patch)
-{
-    const hpr_elements *e = a->elements;
-    return e->dof[e->patch_leaf[patch + 1]] - e->dof[e->patch_leaf[patch]];
-}
-
-static size_t leaf_dofs(const assembly *a, size_t leaf)
-{
-    return a->elements->dof[leaf + 1] - a->elements->dof[leaf];
-}
-
-static size_t patch_leaves(const assembly *a, size_t patch)
-{
-    return a->elements->patch_leaf[patch + 1] - a->elements->patch_leaf[patch];
-}
-
-static void place_links(assembly *a)
+/* Offsets of the blocks, and how many links each node has. */
+static void place_blocks(assembly *a)
 {
     hpr_links *links = a->links;
-    size_t n = a->patches->count;
-    for (uint32_t i = 0; i < n; i++) {
-        for (uint32_t j = i + 1; j < n; j++) {
-            if (a->verdict[i * n + j] == HPR_SEES_NOTHING)
-                continue;
-            links->occluded |= a->verdict[i * n + j] == HPR_SEES_PARTLY;
-            links->link[links->count] = (hpr_link){i, j, links->block_count};
-            links->block_count += patch_dofs(a, i) * patch_dofs(a, j);
-            a->task_first[links->count + 1] = a->task_first[links->count] + patch_leaves(a, i);
-            links->count++;
-            links->row[i + 1]++;
-            links->row[j + 1]++;
-        }
+    for (size_t l = 0; l < links->count; l++) {
+        hpr_link *link = &links->link[l];
+        link->offset = links->block_count;
+        links->block_count += hpr_tree_count(links->tree, link->recv, link->recv_degree) *
+                              hpr_tree_count(links->tree, link->send, link->send_degree);
+        links->row[link->recv + 1]++;
+        links->row[link->send + 1]++;
     }
-    for (size_t i = 0; i < n; i++)
+    for (size_t i = 0; i < node_count(a); i++)
         links->row[i + 1] += links->row[i];
-}
-
-/* row_link, each row rising by the other patch: first the links in which the patch is the sender. */
-static hpr_status index_rows(assembly *a)
-{
-    hpr_links *links = a->links;
-    size_t n = a->patches->count, *next = NULL;
-    hpr_status status =
-        hpr_allocate_into(a->context, &links->row_link, 2 * links->count, sizeof *links->row_link, "links");
-    if (status == HPR_OK)
-        status = hpr_allocate_into(a->context, &next, n, sizeof *next, "links");
-    if (status == HPR_OK) {
-        memcpy(next, links->row, n * sizeof *next);
-        for (size_t l = 0; l < links->count; l++)
-            links->row_link[next[links->link[l].send]++] = (uint32_t)l;
-        for (size_t l = 0; l < links->count; l++)
-            links->row_link[next[links->link[l].recv]++] = (uint32_t)l;
-    }
-    hpr_release(a->context, next);
-    return status;
 }
 
 static hpr_status check_memory(assembly *a)
@@ -147,21 +74,87 @@ static hpr_status check_memory(assembly *a)
     return HPR_OK;
 }
 
-static hpr_status make_links(assembly *a)
+/* row_link: the links of each node, rising. */
+static hpr_status index_rows(assembly *a)
 {
-    size_t n = a->patches->count, link_count;
     hpr_links *links = a->links;
-    hpr_status status = find_verdicts(a, &link_count);
+    size_t *next = NULL;
+    hpr_status status =
+        hpr_allocate_into(a->context, &links->row_link, 2 * links->count, sizeof *links->row_link, "links");
     if (status == HPR_OK)
-        status = hpr_allocate_into(a->context, &links->link, link_count, sizeof *links->link, "links");
-    if (status == HPR_OK)
-        status = hpr_allocate_into(a->context, &links->row, n + 1, sizeof *links->row, "links");
-    if (status == HPR_OK)
-        status =
-            hpr_allocate_into(a->context, &a->task_first, link_count + 1, sizeof *a->task_first, "links");
+        status = hpr_allocate_into(a->context, &next, node_count(a), sizeof *next, "links");
+    if (status == HPR_OK) {
+        memcpy(next, links->row, node_count(a) * sizeof *next);
+        for (size_t l = 0; l < links->count; l++) {
+            links->row_link[next[links->link[l].recv]++] = (uint32_t)l;
+            links->row_link[next[links->link[l].send]++] = (uint32_t)l;
+        }
+    }
+    hpr_release(a->context, next);
+    return status;
+}
+
+/* Verdicts of all pairs of patches of which one sends. */
+static hpr_status find_verdicts(assembly *a, const bool *sends)
+{
+    size_t n = a->patches->count;
+    atomic_bool occluded = false;
+    hpr_status status = hpr_allocate_into(a->context, &a->verdict, n * n, 1, "visibility between patches");
     if (status != HPR_OK)
         return status;
-    place_links(a);
+#pragma omp parallel for schedule(dynamic, 4) num_threads(hpr_context_threads(a->context))
+    for (size_t i = 0; i < n; i++) {
+        hpr_views_cursor *cursor = a->workers[omp_get_thread_num()].cursor;
+        for (size_t j = i + 1; j < n && !hpr_cancelled(a->context); j++) {
+            hpr_verdict verdict = sends[i] || sends[j]
+                                      ? hpr_views_classify(a->views, cursor, i, j, NULL, NULL)
+                                      : HPR_SEES_NOTHING;
+            a->verdict[i * n + j] = (uint8_t)verdict;
+            if (verdict == HPR_SEES_PARTLY)
+                occluded = true;
+        }
+    }
+    a->links->occluded = occluded;
+    return hpr_cancelled(a->context) ? hpr_fail(a->context, HPR_ERR_INTERRUPTED, "interrupted") : HPR_OK;
+}
+
+/* While all pairs of leaves can be had, links leave out next to nothing; beyond that less than elements of
+ * low degree do. */
+static double choose_link_tolerance(const assembly *a)
+{
+    enum { FEW_LEAVES = 4096 };
+    bool few = a->elements->leaf_count <= FEW_LEAVES;
+    return a->links->occluded ? (few ? 1e-5 : 1e-3) : (few ? 1e-13 : 1e-6);
+}
+
+/* The degree of inner nodes: higher ones make fewer links, but larger blocks. */
+static int inner_degree(double link_tolerance)
+{
+    int degree = (int)ceil(-0.75 * log10(link_tolerance));
+    return degree < 1 ? 1 : degree > 8 ? 8 : degree;
+}
+
+static hpr_status make_links(assembly *a, const hpr_links_demand *demand)
+{
+    hpr_links *links = a->links;
+    hpr_status status = find_verdicts(a, demand->sends);
+    links->link_tolerance = demand->link_tolerance > 0 ? demand->link_tolerance : choose_link_tolerance(a);
+    if (status == HPR_OK)
+        status = hpr_tree_create(a->coverage, a->elements, inner_degree(links->link_tolerance), &links->tree);
+    if (status == HPR_OK)
+        status = hpr_far_create(a->context, links->tree->highest_degree, &a->far);
+    if (status == HPR_OK) {
+        const hpr_refinement refinement = {a->coverage, a->visibility, a->views, a->verdict, links};
+        status = hpr_links_refine(&refinement);
+    }
+    if (status == HPR_OK && links->count >= HPR_NONE)
+        status = hpr_fail(a->context, HPR_ERR_MEMORY, "%zu links are more than 32-bit indices can name",
+                          links->count);
+    if (status == HPR_OK)
+        status = hpr_allocate_into(a->context, &links->row, node_count(a) + 1, sizeof *links->row, "links");
+    if (status != HPR_OK)
+        return status;
+    place_blocks(a);
     status = check_memory(a);
     if (status == HPR_OK)
         status = index_rows(a);
@@ -169,148 +162,191 @@ static hpr_status make_links(assembly *a)
         status =
             hpr_allocate_into(a->context, &links->block, links->block_count, sizeof(double), "kernel blocks");
     if (status == HPR_OK)
-        status =
-            hpr_allocate_into(a->context, &a->error2, a->task_first[links->count], sizeof(double), "links");
+        status = hpr_allocate_into(a->context, &a->left_out2, links->count, sizeof(double), "links");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(a->context, &a->sampled2, links->count, sizeof(double), "links");
     return status;
 }
 
-/* What clipping would take: all pairs of elements, and the blockers of some pairs of patches. */
+/* What clipping would take: links that see partly, and the blockers of some of their pairs of patches. */
 static hpr_blocked_load estimate_load(assembly *a, double tolerance)
 {
     enum { LOOKED_AT = 1000 };
     worker *w = &a->workers[0];
-    hpr_links *links = a->links;
-    hpr_blocked_load load = {.asked = tolerance};
-    size_t n = a->patches->count, stride = 1 + links->count / LOOKED_AT, looked_at = 0;
+    const hpr_links *links = a->links;
+    const uint32_t *patch = a->elements->patch;
+    size_t stride = 1 + links->partly_count / LOOKED_AT, seen = 0, looked_at = 0;
     double blockers = 0;
     for (size_t l = 0; l < links->count; l++) {
         const hpr_link *link = &links->link[l];
-        if (a->verdict[link->recv * n + link->send] != HPR_SEES_PARTLY)
+        if (!link->partly || seen++ % stride)
             continue;
-        load.pair_count += patch_leaves(a, link->recv) * patch_leaves(a, link->send);
-        if (l % stride)
-            continue;
-        hpr_views_classify(a->views, w->cursor, link->recv, link->send, w->candidate, &w->candidate_count);
+        hpr_views_classify(a->views, w->cursor, patch[link->recv], patch[link->send], w->candidate,
+                           &w->candidate_count);
         blockers += (double)w->candidate_count;
         looked_at++;
     }
-    load.blocker_count = looked_at ? blockers / (double)looked_at : 0;
-    for (size_t i = 0; i < n; i++)
-        load.area_m2 += a->patches->area_m2[i];
-    return load;
+    return (hpr_blocked_load){.pair_count = links->partly_count,
+                              .blocker_count = looked_at ? blockers / (double)looked_at : 0,
+                              .area_m2 = links->area_m2,
+                              .asked = tolerance};
 }
 
 static void choose_tolerances(assembly *a, double tolerance)
 {
+    static const double part_of_links = 0.1; /* of what links leave out anyway */
     hpr_links *links = a->links;
     hpr_blocked_load load = estimate_load(a, tolerance);
+    double least = tolerance > 0 ? tolerance : part_of_links * links->link_tolerance;
     a->blocked = hpr_blocked_plan(&load);
-    links->tolerance = tolerance > 0 ? tolerance : links->occluded ? a->blocked.open_tolerance : 1e-12;
+    if (a->blocked.tolerance > 0)
+        a->blocked.tolerance = fmax(a->blocked.tolerance, least);
+    links->tolerance =
+        tolerance > 0 ? tolerance : fmax(links->occluded ? a->blocked.open_tolerance : 1e-13, least);
     links->blocked_tolerance = links->occluded ? a->blocked.tolerance : 0;
 }
 
-/* Adds to *error2 what rays add to the error. */
-static void integrate_pair(const assembly *a, worker *w, size_t l, size_t leaf_i, size_t leaf_j,
-                           double *error2)
+/* The open parts of a node that is a leaf; inner nodes that have links are open. */
+static const hpr_polygon *open_parts(const assembly *a, uint32_t node, int *count)
+{
+    uint32_t leaf = a->elements->leaf_of_node[node];
+    *count = 0;
+    return leaf == HPR_NONE ? NULL : hpr_coverage_parts(a->coverage, leaf, count);
+}
+
+/* What may come between the nodes of a link; false if one thing hides all. */
+static bool find_blockers(const assembly *a, worker *w, const hpr_link *link, hpr_block_task *task)
+{
+    uint32_t recv = a->elements->patch[link->recv], send = a->elements->patch[link->send];
+    if (recv != w->recv_patch || send != w->send_patch)
+        hpr_views_classify(a->views, w->cursor, recv, send, w->candidate, &w->candidate_count);
+    w->recv_patch = recv;
+    w->send_patch = send;
+    hpr_facet from = hpr_node_facet(a->coverage, a->links->tree, link->recv),
+              to = hpr_node_facet(a->coverage, a->links->tree, link->send);
+    task->blockers = w->blocker;
+    return hpr_visibility_classify(a->visibility, &from, &to, w->candidate, w->candidate_count, w->blocker,
+                                   &task->blocker_count) != HPR_SEES_NOTHING;
+}
+
+/* Is product Gauss with a fixed number of nodes exact enough? Either the block is, or the share of the
+ * operator's error that a link may have. */
+static bool is_far(const assembly *a, const hpr_block_task *task)
+{
+    static const double part = 0.03; /* of the share: quadrature errs with one sign */
+    const hpr_links *links = a->links;
+    const hpr_element_frame *r = &task->recv, *s = &task->send;
+    if (task->recv_part_count || task->send_part_count)
+        return false;
+    hpr_far_view view = hpr_far_foretell(r, s);
+    if (view.recv_straddles || view.send_straddles || !isfinite(view.norm))
+        return false;
+    double error = hypot(hpr_far_left_out(view.norm, view.recv_rho, r->degree + HPR_FAR_EXCESS),
+                         hpr_far_left_out(view.norm, view.send_rho, s->degree + HPR_FAR_EXCESS));
+    double share = links->link_tolerance * (sqrt(r->area_m2 * s->area_m2) / links->area_m2 + view.norm) / 2;
+    return error <= fmax(part * share, links->tolerance * view.norm);
+}
+
+/* Does a link leave out what the elements could show? */
+static bool leaves_out(const hpr_tree *tree, uint32_t node, int degree)
+{
+    return tree->elements->child[node] != HPR_NONE || degree < tree->degree[node];
+}
+
+static void integrate_far(const assembly *a, worker *w, const hpr_block_task *task, size_t l)
 {
     const hpr_link *link = &a->links->link[l];
-    hpr_block_task task = {.recv = hpr_leaf_frame(a->patches, a->elements, leaf_i),
-                           .send = hpr_leaf_frame(a->patches, a->elements, leaf_j),
-                           .tolerance = a->links->tolerance,
-                           .negligible = a->links->tolerance,
-                           .contact_m = a->patches->weld_m,
-                           .visibility = a->visibility,
-                           .seed = (uint64_t)leaf_i << 32 | leaf_j};
-    task.recv_part = hpr_coverage_parts(a->coverage, leaf_i, &task.recv_part_count);
-    task.send_part = hpr_coverage_parts(a->coverage, leaf_j, &task.send_part_count);
-    if ((task.recv_part && !task.recv_part_count) || (task.send_part && !task.send_part_count)) {
-        w->counts[HPR_COUNT_PAIRS_HIDDEN]++;
-        return;
-    }
-    if (a->verdict[link->recv * a->patches->count + link->send] == HPR_SEES_PARTLY) {
-        hpr_facet recv, send;
-        frame_facet(&task.recv, task.recv_part, task.recv_part_count, &recv);
-        frame_facet(&task.send, task.send_part, task.send_part_count, &send);
-        if (hpr_visibility_classify(a->visibility, &recv, &send, w->candidate, w->candidate_count, w->blocker,
-                                    &task.blocker_count) == HPR_SEES_NOTHING) {
-            w->counts[HPR_COUNT_PAIRS_HIDDEN]++; /* its block stays zero */
-            return;
-        }
-        task.blockers = w->blocker;
-    }
-    hpr_blocked_decide(&a->blocked, task.recv.area_m2 * hpr_coverage_open_share(a->coverage, leaf_i),
-                       task.send.area_m2 * hpr_coverage_open_share(a->coverage, leaf_j), &task);
-    hpr_block_result result = hpr_block_ref(a->quadrature, &task, w->block, w->scratch);
-    size_t stride, rows = leaf_dofs(a, leaf_i), columns = leaf_dofs(a, leaf_j);
-    double *block = a->links->block + hpr_link_block(a->links, link, leaf_i, leaf_j, &stride);
-    for (size_t k = 0; k < rows; k++)
-        memcpy(block + k * stride, w->block + k * columns, columns * sizeof *block);
-    hpr_counter kind = !result.seen         ? HPR_COUNT_PAIRS_HIDDEN
-                       : task.blocker_count ? HPR_COUNT_PAIRS_PARTIAL
-                                            : HPR_COUNT_PAIRS_VISIBLE;
+    const hpr_tree *tree = a->links->tree;
+    hpr_far_result result =
+        hpr_far_block(a->far, &task->recv, &task->send, a->links->block + link->offset, w->far_scratch);
+    double recv = leaves_out(tree, link->recv, link->recv_degree) ? result.recv_error : 0;
+    double send = leaves_out(tree, link->send, link->send_degree) ? result.send_error : 0;
+    a->left_out2[l] = recv * recv + send * send;
+    w->counts[HPR_COUNT_PAIRS_VISIBLE]++;
+    w->counts[HPR_COUNT_BLOCKS]++;
+    w->counts[HPR_COUNT_KERNEL] += result.kernel_count;
+}
+
+static void integrate_near(const assembly *a, worker *w, hpr_block_task *task, size_t l)
+{
+    const hpr_link *link = &a->links->link[l];
+    double recv_m2 = task->recv.area_m2, send_m2 = task->send.area_m2;
+    if (task->recv_part)
+        recv_m2 *= hpr_coverage_open_share(a->coverage, a->elements->leaf_of_node[link->recv]);
+    if (task->send_part)
+        send_m2 *= hpr_coverage_open_share(a->coverage, a->elements->leaf_of_node[link->send]);
+    hpr_blocked_decide(&a->blocked, recv_m2, send_m2, task);
+    hpr_block_result result = hpr_block_ref(a->quadrature, task, a->links->block + link->offset, w->scratch);
+    hpr_counter kind = !result.seen          ? HPR_COUNT_PAIRS_HIDDEN
+                       : task->blocker_count ? HPR_COUNT_PAIRS_PARTIAL
+                                             : HPR_COUNT_PAIRS_VISIBLE;
     w->counts[kind]++;
     w->counts[HPR_COUNT_BLOCKS] += result.seen;
     w->counts[HPR_COUNT_KERNEL] += result.kernel_count;
     w->counts[HPR_COUNT_RAYS] += result.ray_count;
     w->counts[HPR_COUNT_CLIPS] += result.clip_count;
-    w->counts[HPR_COUNT_SHORT] += result.stopped_short && !result.sampled;
-    w->counts[HPR_COUNT_SAMPLED] += result.sampled;
-    *error2 += hpr_blocked_error2(&a->blocked, &task, &result);
+    w->counts[HPR_COUNT_SHORT] += result.status == HPR_BLOCK_SHORT;
+    w->counts[HPR_COUNT_ROUNDED] += result.status == HPR_BLOCK_ROUNDED;
+    w->counts[HPR_COUNT_SAMPLED] += result.status == HPR_BLOCK_SAMPLED;
+    double *error = result.status == HPR_BLOCK_SAMPLED ? &w->sampled_error : &w->block_error;
+    *error = fmax(*error, result.error);
+    a->sampled2[l] = hpr_blocked_error2(&a->blocked, task, &result);
 }
 
-static size_t link_of_task(const assembly *a, size_t task)
+static void integrate_link(const assembly *a, worker *w, size_t l)
 {
-    size_t low = 0, high = a->links->count;
-    while (high - low > 1) {
-        size_t middle = (low + high) / 2;
-        if (a->task_first[middle] <= task)
-            low = middle;
-        else
-            high = middle;
+    const hpr_link *link = &a->links->link[l];
+    hpr_block_task task = {.recv = hpr_tree_frame(a->links->tree, link->recv, link->recv_degree),
+                           .send = hpr_tree_frame(a->links->tree, link->send, link->send_degree),
+                           .tolerance = a->links->tolerance,
+                           .negligible = a->links->tolerance,
+                           .contact_m = a->patches->weld_m,
+                           .visibility = a->visibility,
+                           .seed = (uint64_t)link->recv << 32 | link->send};
+    task.recv_part = open_parts(a, link->recv, &task.recv_part_count);
+    task.send_part = open_parts(a, link->send, &task.send_part_count);
+    if (link->partly && !find_blockers(a, w, link, &task)) {
+        w->counts[HPR_COUNT_PAIRS_HIDDEN]++; /* its block stays zero */
+        return;
     }
-    return low;
+    if (task.blocker_count == 0 && is_far(a, &task))
+        integrate_far(a, w, &task, l);
+    else
+        integrate_near(a, w, &task, l);
 }
 
 static void integrate_all(assembly *a)
 {
-    size_t task_count = a->task_first[a->links->count];
+    enum { CHUNK = 16 };
+    size_t count = a->links->count;
     atomic_size_t done = 0;
 #pragma omp parallel num_threads(hpr_context_threads(a->context))
     {
         worker *w = &a->workers[omp_get_thread_num()];
 #pragma omp for schedule(dynamic, 1)
-        for (size_t task = 0; task < task_count; task++) {
-            size_t l = link_of_task(a, task);
-            const hpr_link *link = &a->links->link[l];
-            size_t leaf_i = a->elements->patch_leaf[link->recv] + (task - a->task_first[l]);
-            if (a->verdict[link->recv * a->patches->count + link->send] == HPR_SEES_PARTLY)
-                hpr_views_classify(a->views, w->cursor, link->recv, link->send, w->candidate,
-                                   &w->candidate_count);
-            for (size_t leaf_j = a->elements->patch_leaf[link->send];
-                 leaf_j < a->elements->patch_leaf[link->send + 1] && !hpr_cancelled(a->context); leaf_j++)
-                integrate_pair(a, w, l, leaf_i, leaf_j, &a->error2[task]);
-            size_t finished = atomic_fetch_add(&done, 1) + 1;
+        for (size_t first = 0; first < count; first += CHUNK) {
+            size_t end = first + CHUNK < count ? first + CHUNK : count;
+            for (size_t l = first; l < end && !hpr_cancelled(a->context); l++)
+                integrate_link(a, w, l);
+            size_t finished = atomic_fetch_add(&done, end - first) + end - first;
             if (omp_get_thread_num() == 0)
-                hpr_stage_progress(a->context, (double)finished / (double)task_count);
+                hpr_stage_progress(a->context, (double)finished / (double)count);
         }
     }
-}
-
-/* In the order of the tasks, whichever thread did them. */
-static double sum_error(const assembly *a)
-{
-    double error2 = 0;
-    for (size_t task = 0; task < a->task_first[a->links->count]; task++)
-        error2 += a->error2[task];
-    return sqrt(error2);
+    double left_out2 = 0, sampled2 = 0;
+    for (size_t l = 0; l < count; l++) {
+        left_out2 += a->left_out2[l];
+        sampled2 += a->sampled2[l];
+    }
+    a->links->link_error = sqrt(left_out2);
+    a->links->sampling_error = sqrt(sampled2);
 }
 
 static hpr_status make_workers(assembly *a)
 {
     hpr_context *ctx = a->context;
     int threads = hpr_context_threads(ctx);
-    size_t occluders = hpr_visibility_occluder_count(a->visibility),
-           square = (size_t)HPR_MAX_BASIS * HPR_MAX_BASIS;
+    size_t occluders = hpr_visibility_occluder_count(a->visibility);
     hpr_status status =
         hpr_allocate_into(ctx, &a->workers, (size_t)threads, sizeof *a->workers, "quadrature scratch");
     for (int t = 0; status == HPR_OK && t < threads; t++) {
@@ -323,7 +359,9 @@ static hpr_status make_workers(assembly *a)
         if (status == HPR_OK)
             status = hpr_allocate_into(ctx, &w->blocker, occluders, sizeof(uint32_t), "blockers");
         if (status == HPR_OK)
-            status = hpr_allocate_into(ctx, &w->block, square, sizeof(double), "quadrature scratch");
+            status = hpr_allocate_into(ctx, &w->far_scratch, hpr_far_scratch(), sizeof(double),
+                                       "quadrature scratch");
+        w->recv_patch = w->send_patch = HPR_NONE;
     }
     return status;
 }
@@ -335,17 +373,35 @@ static void close_workers(assembly *a)
         for (int c = 0; c < HPR_COUNTER_COUNT; c++)
             hpr_count(a->context, (hpr_counter)c, w->counts[c]);
         a->links->short_count += w->counts[HPR_COUNT_SHORT];
+        a->links->block_error = fmax(a->links->block_error, w->block_error);
+        a->links->sampled_error = fmax(a->links->sampled_error, w->sampled_error);
         hpr_views_cursor_destroy(&w->cursor);
         hpr_block_scratch_destroy(&w->scratch);
         hpr_release(a->context, w->candidate);
         hpr_release(a->context, w->blocker);
-        hpr_release(a->context, w->block);
+        hpr_release(a->context, w->far_scratch);
     }
     hpr_release(a->context, a->workers);
 }
 
-hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *elements, double tolerance,
-                              hpr_links **out)
+static hpr_status prepare(assembly *a)
+{
+    for (size_t i = 0; i < a->patches->count; i++)
+        a->links->area_m2 += a->patches->area_m2[i];
+    hpr_status status = hpr_visibility_create(a->patches, &a->visibility);
+    if (status == HPR_OK)
+        status = hpr_links_afford(a->visibility, a->elements);
+    if (status == HPR_OK)
+        status = hpr_views_create(a->visibility, NULL, &a->views);
+    if (status == HPR_OK)
+        status = hpr_quadrature_create(a->context, &a->quadrature);
+    if (status == HPR_OK)
+        status = make_workers(a);
+    return status;
+}
+
+hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *elements,
+                              const hpr_links_demand *demand, hpr_links **out)
 {
     const hpr_patches *patches = hpr_coverage_patches(coverage);
     hpr_context *ctx = patches->context;
@@ -355,22 +411,12 @@ hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *
     if (status != HPR_OK)
         return status;
     a.links->context = ctx;
-    a.links->elements = elements;
-    status = hpr_visibility_create(patches, &a.visibility);
+    status = prepare(&a);
     if (status == HPR_OK)
-        status = hpr_links_afford(a.visibility, elements);
-    if (status == HPR_OK)
-        status = hpr_views_create(a.visibility, NULL, &a.views);
-    if (status == HPR_OK)
-        status = hpr_quadrature_create(ctx, &a.quadrature);
-    if (status == HPR_OK)
-        status = make_workers(&a);
-    if (status == HPR_OK)
-        status = make_links(&a);
+        status = make_links(&a, demand);
     if (status == HPR_OK) {
-        choose_tolerances(&a, tolerance);
+        choose_tolerances(&a, demand->block_tolerance);
         integrate_all(&a);
-        a.links->sampling_error = sum_error(&a);
         if (hpr_cancelled(ctx))
             status = hpr_fail(ctx, HPR_ERR_INTERRUPTED, "interrupted during assembly");
     }
@@ -378,9 +424,10 @@ hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *
     hpr_views_destroy(&a.views);
     hpr_visibility_destroy(&a.visibility);
     hpr_quadrature_destroy(&a.quadrature);
-    void *arrays[] = {a.verdict, a.task_first, a.error2};
-    for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
-        hpr_release(ctx, arrays[i]);
+    hpr_far_destroy(&a.far);
+    hpr_release(ctx, a.verdict);
+    hpr_release(ctx, a.left_out2);
+    hpr_release(ctx, a.sampled2);
     if (status != HPR_OK)
         hpr_links_destroy(&a.links);
     *out = a.links;

@@ -1,8 +1,12 @@
 #include "link/direct_moments.h"
 
+#include "direct/lambert.h"
 #include "quadrature/block.h"
+#include "quadrature/far.h"
 
+#include <math.h>
 #include <omp.h>
+#include <string.h>
 
 typedef struct worker {
     hpr_block_scratch *scratch;
@@ -15,6 +19,7 @@ typedef struct projection {
     const hpr_patches *patches;
     const hpr_elements *elements;
     hpr_quadrature *quadrature;
+    hpr_gauss_table *gauss;
     double tolerance;
     double *moment;
 } projection;
@@ -27,6 +32,56 @@ static hpr_element_frame emitter_frame(const hpr_emitter *emitter)
                                .edge2 = emitter->edge2,
                                .normal = emitter->normal,
                                .area_m2 = emitter->area_m2};
+}
+
+/* Nodes per axis with which product Gauss over the leaf, and Lambert's formula at the nodes, is exact to
+ * rounding: the kernel's coefficients fall like rho^-n. 0: too many, or the kernel has a kink. */
+static int smooth_nodes(const hpr_element_frame *recv, const hpr_element_frame *send)
+{
+    enum { MAX_NODES = 8 };
+    static const double rounding = 1e-15;
+    hpr_far_view view = hpr_far_foretell(recv, send);
+    if (view.hidden || view.recv_straddles || view.send_straddles || !(view.recv_rho > 1))
+        return 0;
+    double nodes = ceil((log(1 / rounding) / log(view.recv_rho) + recv->degree) / 2);
+    return nodes <= MAX_NODES ? (int)fmax(nodes, 1) : 0;
+}
+
+/* The block of the leaf and the constant of the emitter: ∫ T_k F dA / sqrt(A_e), F Lambert's fraction. */
+static void integrate_smooth(const hpr_gauss_table *gauss, const hpr_element_frame *recv,
+                             const hpr_element_frame *send, int nodes, double *column)
+{
+    bool triangle = recv->shape == HPR_SHAPE_TRIANGLE;
+    const hpr_gauss_rule *first = &gauss->legendre[nodes], *second = triangle ? &gauss->jacobi[nodes] : first;
+    hpr_cell whole = hpr_cell_whole(send->shape);
+    hpr_vec3 at[4];
+    double corner[4][3], normal[3], phi[HPR_MAX_BASIS];
+    size_t corners = (size_t)hpr_cell_corners(send, &whole, at),
+           count = hpr_basis_count(recv->shape, recv->degree);
+    for (size_t i = 0; i < corners; i++)
+        hpr_vec3_store(corner[i], at[i]);
+    hpr_vec3_store(normal, recv->normal);
+    double jacobian = triangle ? 2 * recv->area_m2 : recv->area_m2;
+    double factor = jacobian * hpr_basis_scale(recv->shape, recv->area_m2) / sqrt(send->area_m2);
+    memset(column, 0, count * sizeof *column);
+    for (int k = 0; k < nodes * nodes; k++) {
+        double t = second->node[k / nodes], s = first->node[k % nodes] * (triangle ? 1 - t : 1), point[3];
+        hpr_vec3_store(point, hpr_frame_point(recv, s, t));
+        double fraction = hpr_lambert_fraction(point, normal, (const double(*)[3])corner, corners);
+        double weight = factor * first->weight[k % nodes] * second->weight[k / nodes] * fraction;
+        hpr_basis_eval(recv->shape, recv->degree, s, t, phi);
+        for (size_t i = 0; i < count; i++)
+            column[i] += weight * phi[i];
+    }
+}
+
+static hpr_block_result integrate(const projection *p, worker *w, const hpr_block_task *task, double *column)
+{
+    int nodes = task->blocker_count || task->recv_part ? 0 : smooth_nodes(&task->recv, &task->send);
+    if (nodes == 0)
+        return hpr_block_ref(p->quadrature, task, column, w->scratch);
+    integrate_smooth(p->gauss, &task->recv, &task->send, nodes, column);
+    return (hpr_block_result){.seen = true};
 }
 
 static void add_emitter(const projection *p, worker *w, size_t leaf, size_t k)
@@ -49,7 +104,7 @@ static void add_emitter(const projection *p, worker *w, size_t leaf, size_t k)
     if (task.recv_part && task.recv_part_count == 0)
         return; /* covered */
     double column[HPR_MAX_BASIS];
-    hpr_block_result result = hpr_block_ref(p->quadrature, &task, column, w->scratch);
+    hpr_block_result result = integrate(p, w, &task, column);
     const hpr_elements *e = p->elements;
     size_t first = e->dof[leaf], dofs = e->dof[e->leaf_count];
     for (size_t c = 0; c < p->patches->channel_count; c++) {
@@ -61,7 +116,8 @@ static void add_emitter(const projection *p, worker *w, size_t leaf, size_t k)
     w->counts[HPR_COUNT_KERNEL] += result.kernel_count;
     w->counts[HPR_COUNT_RAYS] += result.ray_count;
     w->counts[HPR_COUNT_CLIPS] += result.clip_count;
-    w->counts[HPR_COUNT_SHORT] += result.stopped_short || result.sampled;
+    w->counts[HPR_COUNT_SHORT] += result.status >= HPR_BLOCK_SHORT;
+    w->counts[HPR_COUNT_ROUNDED] += result.status == HPR_BLOCK_ROUNDED;
 }
 
 static void project_all(const projection *p, worker *workers, hpr_context *ctx)
@@ -89,6 +145,10 @@ hpr_status hpr_direct_moments(const hpr_direct *direct, const hpr_coverage *cove
                     .moment = moment};
     hpr_status status = hpr_quadrature_create(ctx, &p.quadrature);
     if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &p.gauss, 1, sizeof *p.gauss, "direct light");
+    if (status == HPR_OK)
+        hpr_gauss_table_init(p.gauss);
+    if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &workers, (size_t)threads, sizeof *workers, "direct light");
     for (int t = 0; status == HPR_OK && t < threads; t++)
         status = hpr_block_scratch_create(ctx, &workers[t].scratch);
@@ -101,6 +161,7 @@ hpr_status hpr_direct_moments(const hpr_direct *direct, const hpr_coverage *cove
         hpr_block_scratch_destroy(&workers[t].scratch);
     }
     hpr_release(ctx, workers);
+    hpr_release(ctx, p.gauss);
     hpr_quadrature_destroy(&p.quadrature);
     if (status == HPR_OK && hpr_cancelled(ctx))
         status = hpr_fail(ctx, HPR_ERR_INTERRUPTED, "interrupted while direct light was projected");

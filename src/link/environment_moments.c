@@ -98,7 +98,8 @@ static void by_closure(leaf_integral *l)
                 l->moment[k] -= sqrt(patches->area_m2[j]) * column[k];
             l->worker->counts[HPR_COUNT_BLOCKS] += result.seen;
             l->worker->counts[HPR_COUNT_KERNEL] += result.kernel_count;
-            l->worker->counts[HPR_COUNT_SHORT] += result.stopped_short;
+            l->worker->counts[HPR_COUNT_SHORT] += result.status == HPR_BLOCK_SHORT;
+            l->worker->counts[HPR_COUNT_ROUNDED] += result.status == HPR_BLOCK_ROUNDED;
         }
     }
 }

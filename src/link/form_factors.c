@@ -3,6 +3,7 @@
 #include "quadrature/block.h"
 #include "visibility/views.h"
 
+#include <math.h>
 #include <omp.h>
 #include <stdatomic.h>
 #include <string.h>
@@ -47,6 +48,22 @@ static hpr_element_frame frame_of(const assembly *a, size_t p)
                                .area_m2 = patches->area_m2[p]};
 }
 
+static void count(worker *w, const hpr_block_task *task, const hpr_block_result *result)
+{
+    size_t entries = hpr_basis_count(task->recv.shape, task->recv.degree) *
+                     hpr_basis_count(task->send.shape, task->send.degree);
+    double most = 0;
+    for (size_t k = 0; k < entries; k++)
+        most = fmax(most, fabs(w->block[k]));
+    double *error = result->status == HPR_BLOCK_SAMPLED ? &w->done.sampled_error : &w->done.relative_error;
+    if (most > 0)
+        *error = fmax(*error, result->error / most);
+    w->done.pair_count++;
+    w->done.blocked_count += task->blocker_count > 0;
+    w->done.rounded_count += result->status == HPR_BLOCK_ROUNDED;
+    w->done.short_count += result->status >= HPR_BLOCK_SHORT;
+}
+
 /* The block of patches p (receiver) and q into w->block; false if it is zero. */
 static bool integrate_pair(const assembly *a, worker *w, size_t p, size_t q)
 {
@@ -68,12 +85,9 @@ static bool integrate_pair(const assembly *a, worker *w, size_t p, size_t q)
     w->kernel_count += result.kernel_count;
     w->ray_count += result.ray_count;
     w->clip_count += result.clip_count;
-    if (!result.seen)
-        return false;
-    w->done.pair_count++;
-    w->done.blocked_count += task.blocker_count > 0;
-    w->done.short_count += result.stopped_short || result.sampled;
-    return true;
+    if (result.seen)
+        count(w, &task, &result);
+    return result.seen;
 }
 
 /* First of row i among the entries j >= i of all rows. */
@@ -169,7 +183,10 @@ static void close_workers(assembly *a, hpr_pairs_done *done)
         worker *w = &a->workers[t];
         done->pair_count += w->done.pair_count;
         done->blocked_count += w->done.blocked_count;
+        done->rounded_count += w->done.rounded_count;
         done->short_count += w->done.short_count;
+        done->relative_error = fmax(done->relative_error, w->done.relative_error);
+        done->sampled_error = fmax(done->sampled_error, w->done.sampled_error);
         hpr_count(a->context, HPR_COUNT_KERNEL, w->kernel_count);
         hpr_count(a->context, HPR_COUNT_RAYS, w->ray_count);
         hpr_count(a->context, HPR_COUNT_CLIPS, w->clip_count);

@@ -8,7 +8,11 @@
 typedef struct hpr_pairs_done {
     size_t pair_count;    /* pairs of patches that see something of each other */
     size_t blocked_count; /* of these, how many have something that may come between */
-    size_t short_count;   /* how many stopped short of the tolerance */
+    size_t rounded_count; /* how many only rounding of the coordinates may keep from the tolerance */
+    size_t short_count;   /* how many stopped short of it */
+    /* Largest estimated error of a pair's block, relative to its largest entry: of those that are not
+     * sampled, and of those that are. */
+    double relative_error, sampled_error;
 } hpr_pairs_done;
 
 typedef struct hpr_form_factors {

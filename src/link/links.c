@@ -8,31 +8,13 @@ void hpr_links_destroy(hpr_links **out)
     if (!links)
         return;
     hpr_context *ctx = links->context;
+    hpr_tree_destroy(&links->tree);
     hpr_release(ctx, links->link);
     hpr_release(ctx, links->block);
     hpr_release(ctx, links->row);
     hpr_release(ctx, links->row_link);
     hpr_release(ctx, links);
     *out = NULL;
-}
-
-static size_t first_dof(const hpr_elements *elements, size_t patch)
-{
-    return elements->dof[elements->patch_leaf[patch]];
-}
-
-static size_t patch_dofs(const hpr_elements *elements, size_t patch)
-{
-    return first_dof(elements, patch + 1) - first_dof(elements, patch);
-}
-
-size_t hpr_link_block(const hpr_links *links, const hpr_link *link, size_t leaf_i, size_t leaf_j,
-                      size_t *stride)
-{
-    const hpr_elements *e = links->elements;
-    *stride = patch_dofs(e, link->send);
-    return link->offset + (e->dof[leaf_i] - first_dof(e, link->recv)) * *stride +
-           (e->dof[leaf_j] - first_dof(e, link->send));
 }
 
 /* a . b in eight interleaved sums, so that the compiler may use vectors without changing the order. */
@@ -56,45 +38,74 @@ static void add_scaled(double *restrict to, double factor, const double *restric
         to[i] += factor * from[i];
 }
 
-/* What the patch receives through links in which it is the receiver: rows of the matrix. */
-static void gather_rows(const hpr_links *links, const hpr_link *link, size_t row, size_t row_end,
-                        size_t channels, const double *radiosity, double *irradiance)
+/* to [rows] += block [rows x columns] from [columns] */
+static void add_rows(const double *block, size_t rows, size_t columns, const double *from, double *to)
 {
-    const hpr_elements *e = links->elements;
-    size_t dofs = e->dof[e->leaf_count], columns = patch_dofs(e, link->send), from = first_dof(e, link->send);
-    for (size_t r = row; r < row_end; r++) {
-        const double *k = links->block + link->offset + (r - first_dof(e, link->recv)) * columns;
-        for (size_t c = 0; c < channels; c++)
-            irradiance[c * dofs + r] += dot(k, radiosity + c * dofs + from, columns);
-    }
+    for (size_t r = 0; r < rows; r++)
+        to[r] += dot(block + r * columns, from, columns);
 }
 
-/* The same where it is the sender: columns of the matrix. */
-static void gather_columns(const hpr_links *links, const hpr_link *link, size_t column, size_t column_end,
-                           size_t channels, const double *radiosity, double *irradiance)
+/* to [columns] += blockT from [rows] */
+static void add_columns(const double *block, size_t rows, size_t columns, const double *from, double *to)
 {
-    const hpr_elements *e = links->elements;
-    size_t dofs = e->dof[e->leaf_count], columns = patch_dofs(e, link->send), from = first_dof(e, link->recv);
-    for (size_t r = 0; r < patch_dofs(e, link->recv); r++) {
-        const double *k = links->block + link->offset + r * columns + (column - first_dof(e, link->send));
-        for (size_t c = 0; c < channels; c++)
-            add_scaled(irradiance + c * dofs + column, radiosity[c * dofs + from + r], k,
-                       column_end - column);
-    }
+    for (size_t r = 0; r < rows; r++)
+        add_scaled(to, from[r], block + r * columns, columns);
 }
 
-void hpr_links_gather(const hpr_links *links, size_t patch, size_t leaf, size_t leaf_end, size_t channels,
-                      const double *radiosity, double *irradiance)
+/* One end of a link. */
+typedef struct link_end {
+    size_t node, count;
+    int degree;
+} link_end;
+
+static link_end end_of(const hpr_tree *tree, size_t node, int degree)
 {
-    const hpr_elements *e = links->elements;
-    size_t dofs = e->dof[e->leaf_count], low = e->dof[leaf], high = e->dof[leaf_end];
-    for (size_t c = 0; c < channels; c++)
-        memset(irradiance + c * dofs + low, 0, (high - low) * sizeof *irradiance);
-    for (size_t r = links->row[patch]; r < links->row[patch + 1]; r++) {
-        const hpr_link *link = &links->link[links->row_link[r]];
-        if (link->send == patch)
-            gather_columns(links, link, low, high, channels, radiosity, irradiance);
+    return (link_end){node, hpr_tree_count(tree, node, degree), degree};
+}
+
+/* to += block from, or blockT from if the receiver of the link is the one that sends here. */
+static void carry(const hpr_links *links, const hpr_link *link, bool forward, size_t channels,
+                  const double *radiosity, double *irradiance)
+{
+    const hpr_tree *tree = links->tree;
+    const double *block = links->block + link->offset;
+    link_end recv = end_of(tree, link->recv, link->recv_degree),
+             send = end_of(tree, link->send, link->send_degree);
+    link_end from = forward ? send : recv, to = forward ? recv : send;
+    for (size_t c = 0; c < channels; c++) {
+        double room[HPR_MAX_BASIS], sum[HPR_MAX_BASIS];
+        const double *sent =
+            hpr_tree_take(tree, from.node, from.degree, radiosity + c * tree->dof_count, room);
+        memset(sum, 0, to.count * sizeof *sum);
+        if (forward)
+            add_rows(block, recv.count, send.count, sent, sum);
         else
-            gather_rows(links, link, low, high, channels, radiosity, irradiance);
+            add_columns(block, recv.count, send.count, sent, sum);
+        hpr_tree_add(tree, to.node, to.degree, sum, irradiance + c * tree->dof_count);
+    }
+}
+
+void hpr_links_gather(const hpr_links *links, size_t node, size_t channels, const double *radiosity,
+                      double *irradiance)
+{
+    const hpr_tree *tree = links->tree;
+    size_t own = hpr_tree_count(tree, node, tree->degree[node]);
+    for (size_t c = 0; c < channels; c++)
+        memset(irradiance + c * tree->dof_count + tree->dof[node], 0, own * sizeof *irradiance);
+    for (size_t r = links->row[node]; r < links->row[node + 1]; r++) {
+        const hpr_link *link = &links->link[links->row_link[r]];
+        carry(links, link, link->recv == node, channels, radiosity, irradiance);
+    }
+}
+
+void hpr_links_scatter(const hpr_links *links, size_t node, size_t channels, const double *radiosity,
+                       double *irradiance, bool *reached)
+{
+    const uint32_t *patch = links->tree->elements->patch;
+    for (size_t r = links->row[node]; r < links->row[node + 1]; r++) {
+        const hpr_link *link = &links->link[links->row_link[r]];
+        bool forward = link->send == node;
+        reached[patch[forward ? link->recv : link->send]] = true;
+        carry(links, link, forward, channels, radiosity, irradiance);
     }
 }

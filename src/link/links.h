@@ -1,58 +1,74 @@
 /*
- * The transport operator between leaves. A link joins two patches and holds the dense blocks of all their
- * leaf pairs; blocks between patches that cannot see each other do not exist. K_ij = K_jiT, so each pair is
- * stored once.
+ * The transport operator. A link joins two nodes of the elements' trees, of any level, with the block of
+ * kernel inner products between them; every pair of points of two patches that can see each other is in
+ * exactly one link. K_ij = K_jiT, so each pair is stored once.
  */
 #ifndef HPR_LINK_LINKS_H
 #define HPR_LINK_LINKS_H
 
-#include "link/coverage.h"
+#include "link/tree.h"
 
 typedef struct hpr_link {
-    uint32_t recv, send; /* patches, recv < send */
-    size_t offset;       /* first of its blocks in hpr_links.block */
+    uint32_t recv, send;              /* nodes; the receiver's patch is before the sender's */
+    size_t offset;                    /* its block in hpr_links.block, row-major [n_recv x n_send] */
+    uint8_t recv_degree, send_degree; /* of the block: no more than the nodes' */
+    bool partly;                      /* something may come between */
 } hpr_link;
 
 typedef struct hpr_links {
     hpr_context *context;
-    const hpr_elements *elements; /* borrowed */
-    size_t count;
-    hpr_link *link; /* [count] rising (recv, send) */
-    /* One matrix per link, row-major [dofs of recv] x [dofs of send]: K_ij of leaves i, j is its submatrix at
-     * row dof_i - first dof of recv, column dof_j - first dof of send. */
+    hpr_tree *tree;
+    size_t count, partly_count;
+    hpr_link *link;
     double *block;
     size_t block_count;       /* doubles in block */
-    size_t *row;              /* [patch_count + 1] into row_link */
-    uint32_t *row_link;       /* links of each patch, rising by the other patch */
+    size_t *row;              /* [node_count + 1] into row_link */
+    uint32_t *row_link;       /* links of each node, rising */
     bool occluded;            /* some pair of patches may be blocked */
+    double area_m2;           /* of all patches */
+    double link_tolerance;    /* of what the degrees of inner nodes leave out */
+    double link_error;        /* the same, measured, of links that see wholly */
     double tolerance;         /* of blocks that nothing obstructs */
     double blocked_tolerance; /* of the others; 0: they are sampled */
     double
         sampling_error; /* of the irradiance, relative, from the rays of sampled blocks, see link/blocked.h */
     size_t short_count; /* blocks that stopped short of it */
+    double block_error; /* largest estimated error of an entry of those that are not sampled; */
+    double sampled_error; /* and of those that are */
 } hpr_links;
 
-/* First entry of the block of leaves i (of the link's receiver) and j (of its sender); rows are `*stride`
- * apart. */
-size_t hpr_link_block(const hpr_links *links, const hpr_link *link, size_t leaf_i, size_t leaf_j,
-                      size_t *stride);
+/* What the operator has to satisfy. */
+typedef struct hpr_links_demand {
+    double link_tolerance;  /* 0: chosen */
+    double block_tolerance; /* relative, per block; 0: chosen */
+    const bool *sends;      /* [patches] does it reflect or emit? Pairs of which none does have no link. */
+} hpr_links_demand;
 
 /*
- * Integrates all blocks. tolerance 0: 1e-12 if no pair of patches may be blocked, else what
- * hpr_blocked_plan chooses; pairs that see each other partly are clipped or sampled (hpr_blocked_decide).
- * Same bits for any thread count. Errors: HPR_ERR_MEMORY (also when the blocks would exceed the machine's
- * memory), HPR_ERR_DEVICE, HPR_ERR_INTERRUPTED.
+ * Finds the links and integrates their blocks. A link stands where it is, if what the degrees of its nodes
+ * leave out of the kernel is small enough (refine.c): the operator then errs by at most ‖δK‖ <=
+ * link_tolerance. Links between leaves are exact. block_tolerance 0: 1e-13 if no pair of patches may be
+ * blocked, else what hpr_blocked_plan chooses; pairs that see each other partly are clipped or sampled
+ * (hpr_blocked_decide). Same bits for any thread count. Errors: HPR_ERR_MEMORY (also when the blocks would
+ * exceed the machine's memory), HPR_ERR_DEVICE, HPR_ERR_INTERRUPTED.
  */
-hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *elements, double tolerance,
-                              hpr_links **links);
+hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *elements,
+                              const hpr_links_demand *demand, hpr_links **links);
 void hpr_links_destroy(hpr_links **links);
 
 /*
- * Irradiance of the leaves [leaf, leaf_end) of one patch: H_i = sum_j K_ij B_j.
- * radiosity, irradiance: [channels][dofs]; only the rows of these leaves are written. Each value is summed in
- * a fixed order that does not depend on the range. Thread-safe for distinct ranges.
+ * Irradiance that a node receives through its own links: H = sum_j K_ij B_j.
+ * radiosity, irradiance: [channels][tree's dofs]; only the node's coefficients are written. Each value is
+ * summed in a fixed order. Thread-safe for distinct nodes.
  */
-void hpr_links_gather(const hpr_links *links, size_t patch, size_t leaf, size_t leaf_end,
-                      size_t channel_count, const double *radiosity, double *irradiance);
+void hpr_links_gather(const hpr_links *links, size_t node, size_t channel_count, const double *radiosity,
+                      double *irradiance);
+
+/*
+ * What a node sends, added to all that it is linked with: irradiance_j += K_ji B. reached [patches]: set for
+ * the patches of these. Same layouts.
+ */
+void hpr_links_scatter(const hpr_links *links, size_t node, size_t channel_count, const double *radiosity,
+                       double *irradiance, bool *reached);
 
 #endif

@@ -95,6 +95,7 @@ static void set_rule(clipped *c, bool recv_is_outer, const hpr_polygon *inner, d
                          .recv_is_outer = recv_is_outer,
                          .inner = *inner,
                          .inner_degree = hpr_total_degree(c->inner),
+                         .error = hpr_total_degree(c->inner) ? tolerance : 0,
                          .tolerance = tolerance};
     int *outer_nodes = recv_is_outer ? c->rule.recv_nodes : c->rule.send_nodes;
     outer_nodes[0] = outer_nodes[1] = nodes;

@@ -178,6 +178,14 @@ static void split_at_edge(const side *side, double low, double high, double cont
     add_fan(pieces, count, rising ? HPR_TOUCH_FIRST : HPR_TOUCH_SECOND, &before);
 }
 
+/* The contact point at `along`, in the parameters of both. */
+static void add_contact(const side *a, const side *b, double along, double contact_m, hpr_contact *contact)
+{
+    int k = contact->point_count++;
+    line_point(a, along, contact_m, contact->recv_point[k]);
+    line_point(b, along, contact_m, contact->send_point[k]);
+}
+
 static void leave_whole(const side *side, hpr_piece *pieces, int *count)
 {
     if (side->whole)
@@ -210,6 +218,8 @@ void hpr_contact_find(const hpr_pair *pair, const hpr_cell *recv, const hpr_cell
         double high = fmin(fmax(a.along[0], a.along[1]), fmax(b.along[0], b.along[1]));
         if (high - low > contact_m) {
             contact->kind = HPR_CONTACT_EDGE;
+            add_contact(&a, &b, low, contact_m, contact);
+            add_contact(&a, &b, high, contact_m, contact);
             contact->length_m = high - low;
             split_at_edge(&a, low, high, contact_m, contact->recv, &contact->recv_count);
             split_at_edge(&b, low, high, contact_m, contact->send, &contact->send_count);
@@ -217,6 +227,7 @@ void hpr_contact_find(const hpr_pair *pair, const hpr_cell *recv, const hpr_cell
         }
         if (high - low >= -contact_m) {
             contact->kind = HPR_CONTACT_VERTEX;
+            add_contact(&a, &b, (low + high) / 2, contact_m, contact);
             split_at_vertex(&a, (low + high) / 2, contact_m, contact->recv, &contact->recv_count);
             split_at_vertex(&b, (low + high) / 2, contact_m, contact->send, &contact->send_count);
             return;

@@ -35,8 +35,10 @@ enum { HPR_PIECES_MAX = HPR_POLYGON_MAX + 2 };
 
 typedef struct hpr_contact {
     hpr_contact_kind kind;
-    double length_m;                    /* of a shared segment */
-    hpr_polygon recv_front, send_front; /* the parts in front of the other's plane */
+    double length_m;                           /* of a shared segment */
+    hpr_polygon recv_front, send_front;        /* the parts in front of the other's plane */
+    int point_count;                           /* 1: the shared point, 2: the ends of the shared segment */
+    double recv_point[2][2], send_point[2][2]; /* in the parameters of both */
     int recv_count, send_count;
     hpr_piece recv[HPR_PIECES_MAX], send[HPR_PIECES_MAX];
 } hpr_contact;

@@ -1,160 +1,291 @@
 /*
- * The rule for pairs that nearly touch, or touch at small angles or in slender shapes: an outer integral over
- * one polygon of the exact inner integral over the other. The inner integral is a smooth function of the
- * outer point but near the inner polygon's edges, where it varies on the scale of the distance to them. So
- * the outer polygon is cut along the projections of these edges, each piece falls into triangles with a side
- * of the piece as base, and boxes of the triangles' collapsed coordinates are halved along the axis that
- * needs it: a box's sides are parallel to the edge, and the number of boxes grows like the logarithm of the
- * distance. Source: the idea of regularised outer and exact inner integrals as in Schroder & Hanrahan 1993,
- * sec. 5, and Walton 2002 (View3D), with polynomials.
+ * The rule for pairs that nearly touch in planes that nearly agree, and for polynomials where pairs nearly
+ * touch anyhow: an outer integral over one polygon of the inner integral over the other. As a function of the
+ * outer point the inner integral is analytic but near the inner polygon's edges (analytic.h). So the outer
+ * polygon is cut along their projections, each piece falls into triangles with one of its sides as base,
+ * these into trapezia across the base where a corner of the inner polygon is near it, and trapezia are halved
+ * until Gauss resolves them: sides of all of them run along or across the edge that matters, and their number
+ * grows like the square of the logarithm of the distance. Source: the idea of an outer integral over the
+ * exact inner one as in Schroder & Hanrahan 1993, sec. 5, and Walton 2002 (View3D), with polynomials.
  */
+#include "direct/lambert.h"
+#include "quadrature/analytic.h"
 #include "quadrature/cuts.h"
-#include "quadrature/rule.h"
+#include "quadrature/polar.h"
 
+#include <stdlib.h>
 #include <string.h>
 
-enum { NODES = 8, MAX_DEPTH = 60, MAX_BOXES = 20000 };
+enum { MAX_DEPTH = 60, MAX_RULES = 20000, MAX_FEET = HPR_POLYGON_MAX + 3 };
 
 typedef struct nested {
     const hpr_gauss_table *gauss;
-    const hpr_pair *pair;
     const hpr_element_frame *outer, *inner;
-    hpr_affine outer_height; /* of outer points over the inner plane */
-    hpr_convex outline;      /* the inner polygon in space */
-    hpr_rule rule;           /* all but the box */
-    double allowed;          /* absolute error of a box */
-    int box_count;
+    int count; /* corners of the inner polygon */
+    hpr_vec3 outline[HPR_POLYGON_MAX];
+    hpr_rule rule;           /* all but the outer set */
+    double tolerance, total; /* of the whole, in outer parameters */
+    int cap;
+    int rule_count;
+    bool counting; /* first the total is estimated */
     bool reached;
     hpr_rule_sink sink;
     void *user;
 } nested;
 
-/* Parameters in the outer frame of the foot of a point on the outer plane. */
-static void project(const hpr_element_frame *outer, hpr_vec3 point, double foot[2])
+/* A quadrilateral in parameters, corners at (u, v) = 00, 10, 11, 01. */
+typedef struct quad {
+    double corner[4][2];
+} quad;
+
+static hpr_vec3 place(const nested *n, const double at[2])
 {
-    hpr_vec3 offset = hpr_sub(point, outer->origin), across = hpr_cross(outer->edge1, outer->edge2);
-    double square = hpr_dot(across, across);
-    foot[0] = hpr_dot(hpr_cross(offset, outer->edge2), across) / square;
-    foot[1] = hpr_dot(hpr_cross(outer->edge1, offset), across) / square;
+    return hpr_frame_point(n->outer, at[0], at[1]);
 }
 
-/* Along the inner polygon's projected edges. */
-static void cut_by_edges(const nested *n, hpr_cuts *p)
+static void between(const double a[2], const double b[2], double f, double at[2])
 {
-    static const double point_size = 1e-14;
-    int count = n->outline.count;
-    for (int i = 0; i < count; i++) {
-        double a[2], b[2];
-        project(n->outer, n->outline.corner[i], a);
-        project(n->outer, n->outline.corner[(i + 1) % count], b);
-        const double d[2] = {b[0] - a[0], b[1] - a[1]};
-        if (fabs(d[0]) + fabs(d[1]) <= point_size)
-            continue; /* an edge at a right angle to the plane */
-        hpr_affine f = {d[1] * a[0] - d[0] * a[1], -d[1], d[0]};
-        hpr_cuts_along(p, &f);
+    for (int i = 0; i < 2; i++)
+        at[i] = a[i] + f * (b[i] - a[i]);
+}
+
+/* Nodes along one axis and the error that they leave. */
+typedef struct grid {
+    int nodes;
+    double error;
+} grid;
+
+/* For the lines u = 0, 1/2, 1 (axis 1: those lines run along v) or v = 0, 1/2, 1. */
+static grid quad_grid(const nested *n, const quad *q, int axis, double strength, double tolerance)
+{
+    const double(*c)[2] = q->corner;
+    grid most = {1, 0};
+    for (int k = 0; k < 3; k++) {
+        double from[2], to[2], chord[2];
+        between(c[0], axis == 0 ? c[3] : c[1], 0.5 * k, from);
+        between(axis == 0 ? c[1] : c[3], c[2], 0.5 * k, to);
+        double ellipse = hpr_bernstein(place(n, from), place(n, to), n->outline, n->count);
+        hpr_convergence con = {ellipse, strength, ellipse, 1, hpr_total_degree(n->outer)};
+        if (con.degree && isfinite(con.ellipse)) {
+            hpr_frame_chord(n->outer->shape, from, to, chord);
+            con.growth = hpr_chord_growth(con.ellipse, chord[0], chord[1]);
+        }
+        int nodes = hpr_convergence_nodes(&con, tolerance);
+        if (nodes >= most.nodes)
+            most = (grid){nodes, hpr_convergence_error(&con, nodes)};
     }
+    return most;
 }
 
-/* Integral of the inner polygon's Lambert fraction over a box, in the outer parameters' measure. */
-static double box_integral(nested *n, const hpr_cell *cell, const hpr_box *box)
+static hpr_lambert fraction_at(const nested *n, const double at[2])
 {
-    const hpr_gauss_rule *gauss = &n->gauss->legendre[NODES];
-    double jacobian = fabs(cell->edge1[0] * cell->edge2[1] - cell->edge1[1] * cell->edge2[0]) *
-                      box->width[0] * box->width[1];
-    double sum = 0;
-    n->box_count++;
-    for (int j = 0; j < NODES; j++) {
-        double v = box->low[1] + box->width[1] * gauss->node[j];
-        for (int i = 0; i < NODES; i++) {
-            double a = (box->low[0] + box->width[0] * gauss->node[i]) * (1 - v);
-            double s = cell->origin[0] + a * cell->edge1[0] + v * cell->edge2[0];
-            double t = cell->origin[1] + a * cell->edge1[1] + v * cell->edge2[1];
-            double fraction = hpr_inner_fraction(n->pair, n->outer, n->inner, &n->outline,
-                                                 hpr_frame_point(n->outer, s, t), &n->reached);
-            sum += gauss->weight[i] * gauss->weight[j] * (1 - v) * fraction;
+    hpr_vec3 x = place(n, at), corner[HPR_POLYGON_MAX];
+    for (int i = 0; i < n->count; i++)
+        corner[i] = hpr_sub(n->outline[i], x);
+    return hpr_lambert_above(n->outer->normal, corner, (size_t)n->count);
+}
+
+static double quad_area(const quad *q)
+{
+    const double(*c)[2] = q->corner;
+    double d1[2] = {c[2][0] - c[0][0], c[2][1] - c[0][1]}, d2[2] = {c[3][0] - c[1][0], c[3][1] - c[1][1]};
+    return fabs(d1[0] * d2[1] - d1[1] * d2[0]) / 2;
+}
+
+/* About what a quadrilateral contributes, and the least cancellation there. */
+static double contribution(const nested *n, const quad *q, double *cancellation)
+{
+    double most = 0;
+    *cancellation = INFINITY;
+    for (int j = 0; j < 3; j++) {
+        double from[2], to[2];
+        between(q->corner[0], q->corner[3], 0.1 + 0.4 * j, from);
+        between(q->corner[1], q->corner[2], 0.1 + 0.4 * j, to);
+        for (int i = 0; i < 3; i++) {
+            double at[2];
+            between(from, to, 0.1 + 0.4 * i, at);
+            hpr_lambert here = fraction_at(n, at);
+            most = fmax(most, here.fraction);
+            *cancellation = fmin(*cancellation, here.cancellation);
         }
     }
-    return jacobian * sum;
+    return most * quad_area(q);
 }
 
-static void emit_box(nested *n, const hpr_cell *cell, const hpr_box *box)
+static void emit(nested *n, const quad *q, const grid axes[2], double tolerance)
 {
-    *(n->rule.recv_is_outer ? &n->rule.recv : &n->rule.send) = *cell;
-    n->rule.box = *box;
-    n->sink(n->user, &n->rule);
-}
-
-static hpr_vec3 box_corner(const nested *n, const hpr_cell *cell, double u, double v)
-{
-    double a = u * (1 - v);
-    return hpr_frame_point(n->outer, cell->origin[0] + a * cell->edge1[0] + v * cell->edge2[0],
-                           cell->origin[1] + a * cell->edge1[1] + v * cell->edge2[1]);
-}
-
-/* Length of a across the direction of b. */
-static double length_across(hpr_vec3 a, hpr_vec3 b)
-{
-    return hpr_length(hpr_cross(a, b)) / hpr_length(b);
-}
-
-/*
- * The axis along which a box reaches, across some edge of the inner polygon, far more than its distance from
- * that edge; or -1. Such a box can hide the edge's influence between its nodes, whatever its halves say;
- * boxes too small to matter may. An edge that the box touches hides nothing: there is no smallest scale, all
- * boxes at it look alike.
- */
-static int hiding_axis(const nested *n, const hpr_cell *cell, const hpr_box *box)
-{
-    static const double ratio = 8, touching = 1e-10;
-    double u0 = box->low[0], u1 = u0 + box->width[0], v0 = box->low[1], v1 = v0 + box->width[1];
-    hpr_vec3 corner[4] = {box_corner(n, cell, u0, v0), box_corner(n, cell, u1, v0),
-                          box_corner(n, cell, u1, v1), box_corner(n, cell, u0, v1)};
-    double jacobian = fabs(cell->edge1[0] * cell->edge2[1] - cell->edge1[1] * cell->edge2[0]);
-    if (jacobian * box->width[0] * box->width[1] <= n->allowed)
-        return -1;
-    hpr_vec3 along_u = hpr_sub(corner[1], corner[0]);
-    hpr_vec3 along_v[2] = {hpr_sub(corner[3], corner[0]), hpr_sub(corner[2], corner[1])};
-    double worst = ratio;
-    int axis = -1, count = n->rule.inner.count;
-    for (int i = 0; i < count; i++) {
-        hpr_vec3 edge[2] = {n->outline.corner[i], n->outline.corner[(i + 1) % count]},
-                 direction = hpr_sub(edge[1], edge[0]);
-        double distance = hpr_outline_distance(corner, 4, edge, 2);
-        double u = length_across(along_u, direction);
-        double v = fmax(length_across(along_v[0], direction), length_across(along_v[1], direction));
-        if (distance > touching * fmax(u, v) && fmax(u, v) > worst * distance) {
-            worst = fmax(u, v) / distance;
-            axis = v > u;
-        }
-    }
-    return axis;
-}
-
-static void refine(nested *n, const hpr_cell *cell, const hpr_box *box, double whole, int depth)
-{
-    hpr_box half[2][2];
-    double part[2][2], error[2];
+    hpr_rule rule = n->rule;
+    memcpy(rule.nested.outer, q->corner, sizeof q->corner);
+    rule.nested.tolerance = tolerance;
+    rule.error = hpr_polar_error(&rule.nested.inner, tolerance);
     for (int axis = 0; axis < 2; axis++) {
-        hpr_box_halve(box, axis, half[axis]);
-        for (int which = 0; which < 2; which++)
-            part[axis][which] = box_integral(n, cell, &half[axis][which]);
-        error[axis] = fabs(whole - part[axis][0] - part[axis][1]);
+        int nodes = axes[axis].nodes;
+        n->reached &= nodes <= n->cap;
+        rule.nested.nodes[axis] = nodes < HPR_NODES_MAX ? nodes : HPR_NODES_MAX;
+        rule.error += axes[axis].error;
     }
-    int axis = error[1] > error[0];
-    if (fmax(error[0], error[1]) <= n->allowed) {
-        axis = hiding_axis(n, cell, box);
-        if (axis < 0) {
-            emit_box(n, cell, box);
-            return;
-        }
+    n->rule_count++;
+    n->sink(n->user, &rule);
+}
+
+static void halve(const quad *q, int axis, quad half[2])
+{
+    double low[2], high[2];
+    half[0] = half[1] = *q;
+    if (axis == 0) {
+        between(q->corner[0], q->corner[1], 0.5, low);
+        between(q->corner[3], q->corner[2], 0.5, high);
+        memcpy(half[0].corner[1], low, sizeof low);
+        memcpy(half[0].corner[2], high, sizeof high);
+        memcpy(half[1].corner[0], low, sizeof low);
+        memcpy(half[1].corner[3], high, sizeof high);
+    } else {
+        between(q->corner[0], q->corner[3], 0.5, low);
+        between(q->corner[1], q->corner[2], 0.5, high);
+        memcpy(half[0].corner[3], low, sizeof low);
+        memcpy(half[0].corner[2], high, sizeof high);
+        memcpy(half[1].corner[0], low, sizeof low);
+        memcpy(half[1].corner[1], high, sizeof high);
     }
-    if (depth >= MAX_DEPTH || n->box_count > MAX_BOXES) {
-        n->reached = false;
-        emit_box(n, cell, box);
+}
+
+static void refine(nested *n, const quad *q, int depth)
+{
+    static const double share = 0.005, loosest = 1e-2;
+    double cancellation, part = contribution(n, q, &cancellation);
+    double strength = hpr_polygon_strength(cancellation);
+    double tolerance = fmin(loosest, fmax(n->tolerance, share * n->tolerance * n->total / part));
+    grid axes[2] = {quad_grid(n, q, 0, strength, tolerance), quad_grid(n, q, 1, strength, tolerance)};
+    int axis = axes[1].nodes > axes[0].nodes;
+    bool stop = depth >= MAX_DEPTH || n->rule_count >= MAX_RULES;
+    if (!stop && axes[axis].nodes > n->cap) {
+        quad half[2];
+        halve(q, axis, half);
+        refine(n, &half[0], depth + 1);
+        refine(n, &half[1], depth + 1);
         return;
     }
-    for (int which = 0; which < 2; which++)
-        refine(n, cell, &half[axis][which], part[axis][which], depth + 1);
+    emit(n, q, axes, tolerance);
+}
+
+static void add_quad(nested *n, const quad *q)
+{
+    if (!(quad_area(q) > 0))
+        return;
+    double cancellation;
+    if (n->counting)
+        n->total += contribution(n, q, &cancellation) / 2;
+    else
+        refine(n, q, 0);
+}
+
+/* A triangle over a base: distances along the base, the base from 0 to its length, the apex at its foot. */
+typedef struct tent {
+    const double *p, *q, *apex;
+    double length, peak;
+} tent;
+
+/* The tent's lower and upper end at a place along the base. */
+static void tent_ends(const tent *t, double at, double low[2], double high[2])
+{
+    double on_left = at / t->peak, on_right = (at - t->length) / (t->peak - t->length);
+    if (at < 0) {
+        between(t->p, t->apex, on_left, low);
+        between(t->q, t->apex, on_right, high);
+        return;
+    }
+    if (at > t->length) {
+        between(t->q, t->apex, on_right, low);
+        between(t->p, t->apex, on_left, high);
+        return;
+    }
+    between(t->p, t->q, at / t->length, low);
+    if (t->peak > 0 && at <= t->peak)
+        between(t->p, t->apex, on_left, high);
+    else
+        between(t->q, t->apex, on_right, high);
+}
+
+static int compare(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return x < y ? -1 : x > y;
+}
+
+/* Where a tent is to be cut across its base: at the base's ends, below the apex and beside near corners. */
+static int find_feet(const nested *n, const tent *t, hpr_vec3 start, hpr_vec3 along, double *foot)
+{
+    static const double near = 0.5;
+    double first = fmin(t->peak, 0), last = fmax(t->peak, t->length);
+    int count = 0;
+    foot[count++] = 0;
+    foot[count++] = t->length;
+    foot[count++] = t->peak;
+    for (int i = 0; i < n->count; i++) {
+        hpr_vec3 offset = hpr_sub(n->outline[i], start);
+        double at = hpr_dot(offset, along), gap = hpr_length(hpr_madd(offset, -at, along));
+        if (at > first && at < last && gap < near * t->length)
+            foot[count++] = at;
+    }
+    qsort(foot, (size_t)count, sizeof *foot, compare);
+    return count;
+}
+
+/* The triangle from the side p q to the apex: trapezia across p q if that is near an edge. */
+static void add_triangle(nested *n, const double p[2], const double q[2], const double apex[2])
+{
+    hpr_vec3 start = place(n, p), end = place(n, q), along = hpr_sub(end, start);
+    tent t = {p, q, apex, hpr_length(along), 0};
+    quad piece;
+    if (!(t.length > 0))
+        return;
+    const hpr_convergence con = {hpr_bernstein(start, end, n->outline, n->count), INFINITY, 1, 1, 0};
+    if (hpr_convergence_nodes(&con, n->tolerance) <= n->cap) {
+        const double *corner[4] = {p, q, apex, apex};
+        for (int k = 0; k < 4; k++)
+            memcpy(piece.corner[k], corner[k], sizeof piece.corner[k]);
+        add_quad(n, &piece);
+        return;
+    }
+    along = hpr_scale(along, 1 / t.length);
+    t.peak = hpr_dot(hpr_sub(place(n, apex), start), along);
+    double foot[MAX_FEET];
+    int count = find_feet(n, &t, start, along, foot);
+    for (int i = 0; i + 1 < count; i++) {
+        tent_ends(&t, foot[i], piece.corner[0], piece.corner[3]);
+        tent_ends(&t, foot[i + 1], piece.corner[1], piece.corner[2]);
+        if (foot[i + 1] > foot[i])
+            add_quad(n, &piece);
+    }
+}
+
+/* Along the projections of the inner polygon's edges. */
+static void cut_by_edges(const nested *n, hpr_cuts *pieces)
+{
+    for (int i = 0; i < n->count; i++) {
+        hpr_vec3 from = n->outline[i], edge = hpr_sub(n->outline[(i + 1) % n->count], from);
+        hpr_vec3 normal = hpr_cross(edge, n->outer->normal);
+        hpr_affine f = {hpr_dot(normal, hpr_sub(n->outer->origin, from)), hpr_dot(normal, n->outer->edge1),
+                        hpr_dot(normal, n->outer->edge2)};
+        hpr_cuts_along(pieces, &f);
+    }
+}
+
+static void add_pieces(nested *n, const hpr_polygon *outer)
+{
+    hpr_cuts cut;
+    hpr_cuts_init(&cut, outer);
+    cut_by_edges(n, &cut);
+    for (int p = 0; p < cut.count; p++) {
+        const hpr_polygon *piece = &cut.piece[p];
+        double middle[2] = {0, 0};
+        for (int i = 0; i < piece->count; i++) {
+            middle[0] += piece->corner[i][0] / piece->count;
+            middle[1] += piece->corner[i][1] / piece->count;
+        }
+        for (int i = 0; i < piece->count; i++)
+            add_triangle(n, piece->corner[i], piece->corner[(i + 1) % piece->count], middle);
+    }
 }
 
 static double frame_area(const hpr_element_frame *frame, const hpr_polygon *polygon)
@@ -162,56 +293,32 @@ static double frame_area(const hpr_element_frame *frame, const hpr_polygon *poly
     return hpr_polygon_area(polygon) * (frame->shape == HPR_SHAPE_PARALLELOGRAM ? 1 : 2) * frame->area_m2;
 }
 
-static void set_nodes(nested *n, bool recv_is_outer, const hpr_polygon *inner, double tolerance)
-{
-    int nodes = NODES + (hpr_total_degree(n->outer) + 1) / 2;
-    n->rule = (hpr_rule){.kind = HPR_RULE_NESTED,
-                         .recv_is_outer = recv_is_outer,
-                         .inner = *inner,
-                         .inner_degree = hpr_total_degree(n->inner),
-                         .tolerance = tolerance};
-    nodes = nodes < HPR_NODES_MAX ? nodes : HPR_NODES_MAX;
-    int *outer_nodes = recv_is_outer ? n->rule.recv_nodes : n->rule.send_nodes;
-    outer_nodes[0] = outer_nodes[1] = nodes;
-}
-
 bool hpr_nested_choose(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_polygon *recv,
                        const hpr_polygon *send, double tolerance, hpr_rule_sink sink, void *user)
 {
-    const hpr_box whole_box = hpr_box_unit();
-    /* Some hundred boxes err within their share, most of them far below it; none can be nearer than rounding.
-     */
-    static const double box_share = 0.005, rounding = 1e-15;
-    /* The smaller polygon is the outer one: seen from it, the other fills much of the sky and nothing
-     * cancels. */
+    /* The smaller polygon is the outer one: seen from it, the other fills much of the sky. */
     bool recv_is_outer = frame_area(&pair->recv, recv) <= frame_area(&pair->send, send);
     const hpr_polygon *outer = recv_is_outer ? recv : send, *inner = recv_is_outer ? send : recv;
     nested n = {.gauss = gauss,
-                .pair = pair,
                 .outer = recv_is_outer ? &pair->recv : &pair->send,
                 .inner = recv_is_outer ? &pair->send : &pair->recv,
+                .count = inner->count,
+                .rule = {.kind = HPR_RULE_NESTED},
+                .tolerance = tolerance,
+                .cap = hpr_kernel_nodes(1, 0.5, tolerance) +
+                       (recv_is_outer ? hpr_total_degree(&pair->recv) : hpr_total_degree(&pair->send)) / 2,
+                .counting = true,
                 .reached = true,
                 .sink = sink,
                 .user = user};
-    set_nodes(&n, recv_is_outer, inner, tolerance);
-    n.outline.count = inner->count;
+    n.rule.nested = (hpr_nested){
+        .recv_is_outer = recv_is_outer, .dimension = 2, .inner = *inner, .weight = 1, .tolerance = tolerance};
     for (int i = 0; i < inner->count; i++)
-        n.outline.corner[i] = hpr_frame_point(n.inner, inner->corner[i][0], inner->corner[i][1]);
-    hpr_cuts cut;
-    hpr_cuts_init(&cut, outer);
-    cut_by_edges(&n, &cut);
-    double whole[HPR_MAX_CUTS][HPR_POLYGON_MAX], total = 0;
-    hpr_cell cell[HPR_POLYGON_MAX];
-    for (int p = 0; p < cut.count; p++) {
-        int count = hpr_cuts_fan(&cut.piece[p], cell);
-        for (int i = 0; i < count; i++)
-            total += whole[p][i] = box_integral(&n, &cell[i], &whole_box);
-    }
-    n.allowed = fmax(box_share * tolerance, rounding) * total;
-    for (int p = 0; p < cut.count; p++) {
-        int count = hpr_cuts_fan(&cut.piece[p], cell);
-        for (int i = 0; i < count; i++)
-            refine(&n, &cell[i], &whole_box, whole[p][i], 0);
-    }
+        n.outline[i] = hpr_frame_point(n.inner, inner->corner[i][0], inner->corner[i][1]);
+    memcpy(n.rule.nested.outer_origin, outer->corner[0], sizeof n.rule.nested.outer_origin);
+    memcpy(n.rule.nested.inner_origin, inner->corner[0], sizeof n.rule.nested.inner_origin);
+    add_pieces(&n, outer);
+    n.counting = false;
+    add_pieces(&n, outer);
     return n.reached;
 }

@@ -4,12 +4,17 @@
 
 hpr_element_frame hpr_leaf_frame(const hpr_patches *patches, const hpr_elements *elements, size_t leaf)
 {
-    uint32_t node = elements->leaf[leaf], patch = elements->patch[node];
+    return hpr_node_frame(patches, elements, elements->leaf[leaf]);
+}
+
+hpr_element_frame hpr_node_frame(const hpr_patches *patches, const hpr_elements *elements, size_t node)
+{
+    uint32_t patch = elements->patch[node];
     return (hpr_element_frame){.shape = (hpr_shape)patches->shape[patch],
                                .degree = elements->degree[node],
-                               .origin = hpr_vec3_load(elements->origin + 3 * (size_t)node),
-                               .edge1 = hpr_vec3_load(elements->edge1 + 3 * (size_t)node),
-                               .edge2 = hpr_vec3_load(elements->edge2 + 3 * (size_t)node),
+                               .origin = hpr_vec3_load(elements->origin + 3 * node),
+                               .edge1 = hpr_vec3_load(elements->edge1 + 3 * node),
+                               .edge2 = hpr_vec3_load(elements->edge2 + 3 * node),
                                .normal = hpr_vec3_load(patches->normal + 3 * (size_t)patch),
                                .area_m2 = elements->area_m2[node]};
 }
@@ -42,6 +47,25 @@ hpr_cell hpr_cell_triangle(const double p0[2], const double p1[2], const double 
                       .origin = {p0[0], p0[1]},
                       .edge1 = {p1[0] - p0[0], p1[1] - p0[1]},
                       .edge2 = {p2[0] - p0[0], p2[1] - p0[1]}};
+}
+
+void hpr_frame_chord(hpr_shape shape, const double from[2], const double to[2], double chord[2])
+{
+    /* side >= 0 inside: s, t, and 1 - s - t or 1 - s, 1 - t */
+    double ds = to[0] - from[0], dt = to[1] - from[1];
+    bool triangle = shape == HPR_SHAPE_TRIANGLE;
+    const double side[4] = {from[0], from[1], 1 - from[0] - (triangle ? from[1] : 0), 1 - from[1]};
+    const double slope[4] = {ds, dt, -ds - (triangle ? dt : 0), -dt};
+    chord[0] = -INFINITY;
+    chord[1] = INFINITY;
+    for (int i = 0; i < (triangle ? 3 : 4); i++) {
+        if (slope[i] > 0)
+            chord[0] = fmax(chord[0], -side[i] / slope[i]);
+        else if (slope[i] < 0)
+            chord[1] = fmin(chord[1], -side[i] / slope[i]);
+    }
+    chord[0] = fmin(chord[0], 0);
+    chord[1] = fmax(chord[1], 1);
 }
 
 int hpr_cell_corners(const hpr_element_frame *frame, const hpr_cell *cell, hpr_vec3 corner[4])

@@ -14,7 +14,8 @@ typedef struct hpr_element_frame {
     double area_m2;
 } hpr_element_frame;
 
-/* The frame of a leaf. */
+/* The frame of a node, and that of a leaf. */
+hpr_element_frame hpr_node_frame(const hpr_patches *patches, const hpr_elements *elements, size_t node);
 hpr_element_frame hpr_leaf_frame(const hpr_patches *patches, const hpr_elements *elements, size_t leaf);
 
 /* A piece of an element in its parameters: (s,t) = origin + a edge1 + b edge2, (a,b) in the unit square or
@@ -78,6 +79,10 @@ double hpr_inner_fraction(const hpr_pair *pair, const hpr_element_frame *outer,
 /* The whole element as a cell. */
 hpr_cell hpr_cell_whole(hpr_shape shape);
 hpr_cell hpr_cell_triangle(const double p0[2], const double p1[2], const double p2[2]);
+
+/* The part of the line from + u (to - from), in parameters, that lies in the element: [chord[0], chord[1]],
+ * made to hold [0, 1]. */
+void hpr_frame_chord(hpr_shape shape, const double from[2], const double to[2], double chord[2]);
 
 /* Corners of a cell in space, 3 or 4; returns their number. */
 int hpr_cell_corners(const hpr_element_frame *frame, const hpr_cell *cell, hpr_vec3 corner[4]);

@@ -318,5 +318,6 @@ hpr_partial hpr_partial_integrate(const hpr_gauss_table *gauss, const hpr_pair *
         add_polygon(&p, &pieces.piece[k]);
     refine(&p, tolerance, allowed);
     p.result.exchange_m2 = p.value * jacobian;
+    p.result.error_m2 = p.error * jacobian;
     return p.result;
 }

@@ -23,6 +23,7 @@ typedef struct hpr_partial_cell {
 
 typedef struct hpr_partial {
     double exchange_m2;  /* ∫_r ∫_s G V dA dA */
+    double error_m2;     /* estimated */
     bool complete;       /* false: it stopped short */
     uint64_t clip_count; /* points that were clipped for */
 } hpr_partial;

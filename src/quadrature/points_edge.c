@@ -41,24 +41,13 @@ static void flush(edge_rule *e)
     clear(e);
 }
 
-/* eta2 is axis 0 of the box, eta3 axis 1. */
-static double eta(const edge_rule *e, int axis, int node)
-{
-    return e->rule->box.low[axis] + e->rule->box.width[axis] * e->gauss->node[node];
-}
-
-static double weight(const edge_rule *e, int axis, int node)
-{
-    return e->rule->box.width[axis] * e->gauss->weight[node];
-}
-
 /* First term: receiver (0, eta3), sender (eta2, 1 - eta2). */
 static void both_vary(edge_rule *e)
 {
     clear(e);
     for (int i = 0; i < e->n; i++) {
-        append(e, &e->recv, &e->group->recv, 0, eta(e, 1, i), weight(e, 1, i));
-        append(e, &e->send, &e->group->send, eta(e, 0, i), 1 - eta(e, 0, i), weight(e, 0, i));
+        append(e, &e->recv, &e->group->recv, 0, e->gauss->node[i], e->gauss->weight[i]);
+        append(e, &e->send, &e->group->send, e->gauss->node[i], 1 - e->gauss->node[i], e->gauss->weight[i]);
     }
     flush(e);
 }
@@ -72,11 +61,11 @@ static void one_at_tip(edge_rule *e, bool recv_at_tip)
     clear(e);
     append(e, tip, tip_points, 0, 1, 1);
     for (int j = 0; j < e->n; j++) {
-        double eta2 = eta(e, 0, j);
+        double eta2 = e->gauss->node[j];
         for (int i = 0; i < e->n; i++) {
-            double eta3 = eta(e, 1, i);
+            double eta3 = e->gauss->node[i];
             append(e, other, other_points, eta2 * eta3, eta2 * (1 - eta3),
-                   weight(e, 0, j) * weight(e, 1, i) * eta2);
+                   e->gauss->weight[j] * e->gauss->weight[i] * eta2);
         }
     }
     flush(e);
@@ -87,10 +76,10 @@ static void sender_on_edge_normal(edge_rule *e)
 {
     clear(e);
     for (int j = 0; j < e->n; j++) {
-        double eta2 = eta(e, 0, j);
-        append(e, &e->recv, &e->group->recv, eta2, 1 - eta2, weight(e, 0, j) * eta2);
+        double eta2 = e->gauss->node[j];
+        append(e, &e->recv, &e->group->recv, eta2, 1 - eta2, e->gauss->weight[j] * eta2);
         for (int i = 0; i < e->n; i++)
-            append(e, &e->send, &e->group->send, 0, eta2 * eta(e, 1, i), weight(e, 1, i));
+            append(e, &e->send, &e->group->send, 0, eta2 * e->gauss->node[i], e->gauss->weight[i]);
         flush(e);
     }
 }
@@ -100,11 +89,11 @@ static void receiver_on_diagonal(edge_rule *e)
 {
     clear(e);
     for (int j = 0; j < e->n; j++) {
-        double eta2 = eta(e, 0, j);
-        append(e, &e->send, &e->group->send, 0, eta2, weight(e, 0, j) * eta2);
+        double eta2 = e->gauss->node[j];
+        append(e, &e->send, &e->group->send, 0, eta2, e->gauss->weight[j] * eta2);
         for (int i = 0; i < e->n; i++) {
-            double product = eta2 * eta(e, 1, i);
-            append(e, &e->recv, &e->group->recv, product, 1 - product, weight(e, 1, i));
+            double product = eta2 * e->gauss->node[i];
+            append(e, &e->recv, &e->group->recv, product, 1 - product, e->gauss->weight[i]);
         }
         flush(e);
     }

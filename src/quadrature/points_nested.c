@@ -1,189 +1,142 @@
-/*
- * The nested rule's points: for each outer point x the inner polygon is integrated in polar coordinates
- * around the foot of x on its plane, edge by edge (signed sectors). With z the height of x, d the distance of
- * the foot from the edge's line, along the edge p = d sinh(s), angle dψ = ds / cosh(s), reach R = d cosh(s),
- *   radius r = z sinh(τ), 0 <= τ <= asinh(R / z), area r dr dψ,
- * both s and τ in panels of Gauss points: the integrand is analytic in |Im s|, |Im τ| < π/2 however small z
- * and d are. Source: sinh transformation of Johnston & Elliott 2005; for a constant the closed form of
- * direct/lambert.h.
- */
-#include "quadrature/rule.h"
+/* The nested rule's points: for each outer point the inner set in polar coordinates (polar.h); for a constant
+ * over a polygon, where it loses nothing to cancellation, the closed form of direct/lambert.h. */
+#include "direct/lambert.h"
+#include "quadrature/polar.h"
 
-typedef struct polar {
-    const hpr_gauss_table *gauss;
-    const hpr_pair *pair;
-    const hpr_rule *rule;
-    const hpr_element_frame *inner;
-    hpr_affine inner_height; /* of inner points over the outer plane */
-    double jacobian;         /* area per parameter measure of the inner side */
-    int nodes;               /* per panel */
-    double z;                /* height of the outer point */
-    hpr_vec3 foot;
-    hpr_group *group;
-    hpr_points *outer_points, *inner_points;
-    hpr_group_sink sink;
-    void *user;
-} polar;
+#include <float.h>
 
-static const double panel_length = 3;
+typedef struct nest {
+    const hpr_nested *rule;
+    const hpr_element_frame *outer, *inner;
+    hpr_affine height; /* of outer points */
+    hpr_vec3 offset;   /* from the inner to the outer origin */
+    hpr_polar polar;
+    hpr_points *points; /* of the outer side */
+} nest;
 
-/* Nodes per panel: kernel analytic to π/2 from the axis, Bernstein ellipse as in rules.c, and the polynomial.
- */
-static int panel_nodes(double tolerance, int degree)
+static void set_polar(nest *n, const hpr_affine *inner_height)
 {
-    double b = 3.14159265358979323846 / panel_length, rho = b + sqrt(b * b + 1);
-    int nodes = (int)ceil(log(64 / tolerance) / (2 * log(rho))) + (degree + 1) / 2;
-    return nodes < HPR_NODES_MAX ? nodes : HPR_NODES_MAX;
-}
-
-static int panels(double length)
-{
-    return length > panel_length ? (int)ceil(length / panel_length) : 1;
-}
-
-/* Inner points along one ray, for the panel [low, low + width] of τ. */
-static void add_ray(const polar *p, hpr_vec3 direction, double weight, double low, double width)
-{
-    const hpr_gauss_rule *gauss = &p->gauss->legendre[p->nodes];
-    hpr_points *points = p->inner_points;
-    hpr_vec3 across = hpr_cross(p->inner->edge1, p->inner->edge2);
+    const hpr_nested *rule = n->rule;
+    hpr_polar *p = &n->polar;
+    hpr_vec3 across = hpr_cross(n->inner->edge1, n->inner->edge2);
     double square = hpr_dot(across, across);
-    for (int i = 0; i < p->nodes; i++) {
-        double tau = low + width * gauss->node[i], sine = sinh(tau), r = p->z * sine;
-        hpr_vec3 y = hpr_madd(p->foot, r, direction);
-        double s = hpr_dot(hpr_cross(y, p->inner->edge2), across) / square;
-        double t = hpr_dot(hpr_cross(p->inner->edge1, y), across) / square;
-        int k = points->count++;
-        points->s[k] = s;
-        points->t[k] = t;
-        points->x[k] = r * direction.x;
-        points->y[k] = r * direction.y;
-        points->z[k] = r * direction.z;
-        points->weight[k] = weight * width * gauss->weight[i] * p->z * p->z * sine * cosh(tau) / p->jacobian *
-                            hpr_affine_at(&p->inner_height, s, t);
+    p->count = rule->inner.count;
+    for (int i = 0; i < p->count; i++) {
+        const double d[2] = {rule->inner.corner[i][0] - rule->inner_origin[0],
+                             rule->inner.corner[i][1] - rule->inner_origin[1]};
+        p->corner[i] = hpr_frame_vector(n->inner, d);
     }
+    for (int i = 0; i < 2; i++)
+        p->origin[i] = rule->inner_origin[i];
+    p->normal = n->inner->normal;
+    p->dual1 = hpr_scale(hpr_cross(n->inner->edge2, across), 1 / square);
+    p->dual2 = hpr_scale(hpr_cross(across, n->inner->edge1), 1 / square);
+    p->joined = rule->joined;
+    p->height = *inner_height;
+    p->outer_normal = n->outer->normal;
+    p->jacobian = p->count == 2 ? hpr_length(hpr_sub(p->corner[1], p->corner[0])) : sqrt(square);
+    p->tolerance = rule->tolerance;
+    p->degree = hpr_total_degree(n->inner);
 }
 
-static void add_panel(const polar *p, hpr_vec3 normal, hpr_vec3 along, double distance, double sign,
-                      double low, double width)
+/* Gauss point i, j of the outer set. */
+static void outer_point(const hpr_gauss_table *gauss, const hpr_nested *rule, int i, int j, double place[2],
+                        double *weight)
 {
-    const hpr_gauss_rule *gauss = &p->gauss->legendre[p->nodes];
-    double longest = 0;
-    for (int end = 0; end < 2; end++)
-        longest = fmax(longest, asinh(distance * cosh(low + end * width) / p->z));
-    int count = panels(longest);
-    for (int k = 0; k < count; k++) {
-        p->inner_points->count = 0;
-        for (int i = 0; i < p->nodes; i++) {
-            double s = low + width * gauss->node[i], cosine = cosh(s);
-            double reach = asinh(distance * cosine / p->z);
-            /* unit vector to the point d sinh(s) along the edge */
-            hpr_vec3 direction = hpr_madd(hpr_scale(normal, 1 / cosine), tanh(s), along);
-            add_ray(p, direction, sign * width * gauss->weight[i] / cosine, k * reach / count, reach / count);
-        }
-        p->sink(p->user, p->group);
-    }
-}
-
-/* The signed sector between the foot and the edge from a to b (positions relative to the foot, in the plane).
- */
-static void add_edge(const polar *p, hpr_vec3 a, hpr_vec3 b)
-{
-    static const double nothing = 1e-200;
-    hpr_vec3 along = hpr_sub(b, a);
-    double length = hpr_length(along);
-    if (!(length > 0))
+    const double(*c)[2] = rule->outer;
+    *weight = rule->weight;
+    if (rule->dimension == 0) {
+        place[0] = c[0][0];
+        place[1] = c[0][1];
         return;
-    along = hpr_scale(along, 1 / length);
-    double turn = hpr_dot(hpr_cross(a, along), p->inner->normal), distance = fabs(turn);
-    if (distance <= nothing)
+    }
+    double u = gauss->legendre[rule->nodes[0]].node[i];
+    *weight *= gauss->legendre[rule->nodes[0]].weight[i];
+    if (rule->dimension == 1) {
+        for (int a = 0; a < 2; a++)
+            place[a] = c[0][a] + u * (c[1][a] - c[0][a]);
         return;
-    /* The unit vector from the foot to the line: along turned by a right angle, so that it keeps its
-     * direction when d is tiny. */
-    hpr_vec3 normal = hpr_scale(hpr_cross(along, p->inner->normal), turn > 0 ? 1 : -1);
-    double low = asinh(hpr_dot(a, along) / distance), high = asinh(hpr_dot(b, along) / distance);
-    int count = panels(high - low);
-    for (int k = 0; k < count; k++)
-        add_panel(p, normal, along, distance, turn > 0 ? 1 : -1, low + k * (high - low) / count,
-                  (high - low) / count);
-}
-
-static void integrate_inner(const polar *p)
-{
-    const hpr_polygon *inner = &p->rule->inner;
-    for (int i = 0; i < inner->count; i++) {
-        const double *a = inner->corner[i], *b = inner->corner[(i + 1) % inner->count];
-        hpr_vec3 from = hpr_frame_vector(p->inner, a), to = hpr_frame_vector(p->inner, b);
-        add_edge(p, hpr_sub(from, p->foot), hpr_sub(to, p->foot));
     }
+    double v = gauss->legendre[rule->nodes[1]].node[j], by_u[2], by_v[2];
+    for (int a = 0; a < 2; a++) {
+        by_u[a] = (1 - v) * (c[1][a] - c[0][a]) + v * (c[2][a] - c[3][a]);
+        by_v[a] = (1 - u) * (c[3][a] - c[0][a]) + u * (c[2][a] - c[1][a]);
+        place[a] = c[0][a] + v * (c[3][a] - c[0][a]) + u * by_u[a];
+    }
+    *weight *= gauss->legendre[rule->nodes[1]].weight[j] * fabs(by_u[0] * by_v[1] - by_u[1] * by_v[0]);
 }
 
-static void set_point(hpr_points *points, int k, const hpr_outer_point *point, hpr_vec3 position,
-                      double weight)
+static void set_outer(nest *n, const double place[2], double weight)
 {
-    points->s[k] = point->s;
-    points->t[k] = point->t;
-    points->x[k] = position.x;
-    points->y[k] = position.y;
-    points->z[k] = position.z;
-    points->weight[k] = weight;
+    hpr_points *points = n->points;
+    points->count = 1;
+    points->s[0] = place[0];
+    points->t[0] = place[1];
+    points->x[0] = points->y[0] = points->z[0] = 0;
+    points->weight[0] = weight;
 }
 
-/* Constant inner function: the closed form stands in the outer weight, next to one inner point at distance 1.
+/* True if the closed form serves: then it stands in the outer weight, next to one inner point at distance 1.
  */
-static void constant_inner(const polar *p, const hpr_element_frame *outer, const hpr_cell *cell, int nodes)
+static bool closed_form(nest *n, hpr_vec3 x, const double place[2], double weight)
 {
-    const hpr_rule *rule = p->rule;
-    hpr_convex polygon = {.count = rule->inner.count};
-    bool complete = true; /* the choice of rules has seen to it */
-    for (int i = 0; i < polygon.count; i++)
-        polygon.corner[i] = hpr_frame_point(p->inner, rule->inner.corner[i][0], rule->inner.corner[i][1]);
-    p->outer_points->count = nodes * nodes;
-    for (int k = 0; k < nodes * nodes; k++) {
-        hpr_outer_point point = hpr_outer_at(p->gauss, outer, cell, &rule->box, nodes, k);
-        double fraction = hpr_inner_fraction(p->pair, outer, p->inner, &polygon, point.position, &complete);
-        set_point(p->outer_points, k, &point, (hpr_vec3){0, 0, 0},
-                  point.weight * fraction * 3.14159265358979323846 / p->jacobian);
-    }
-    hpr_outer_point anywhere = {.s = 0.25, .t = 0.25};
-    p->inner_points->count = 1;
-    set_point(p->inner_points, 0, &anywhere, (hpr_vec3){1, 0, 0}, 1);
+    static const double least = 64, share = 0.01;
+    hpr_polar *p = &n->polar;
+    hpr_vec3 corner[HPR_POLYGON_MAX];
+    if (p->degree || p->count == 2)
+        return false;
+    for (int i = 0; i < p->count; i++)
+        corner[i] = hpr_sub(p->corner[i], x);
+    hpr_lambert closed = hpr_lambert_above(n->outer->normal, corner, (size_t)p->count);
+    if (!(closed.rounding <= fmax(least, share * p->tolerance / DBL_EPSILON)))
+        return false;
+    set_outer(n, place, weight * closed.fraction * 3.14159265358979323846 / p->jacobian);
+    hpr_points *inner = p->points;
+    inner->count = 1;
+    inner->s[0] = inner->t[0] = 0.25;
+    inner->x[0] = inner->weight[0] = 1;
+    inner->y[0] = inner->z[0] = 0;
     p->sink(p->user, p->group);
+    return true;
 }
 
-void hpr_points_nested(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_rule *rule,
+static void at_outer_point(nest *n, int i, int j)
+{
+    double place[2], weight;
+    outer_point(n->polar.gauss, n->rule, i, j, place, &weight);
+    const double d[2] = {place[0] - n->rule->outer_origin[0], place[1] - n->rule->outer_origin[1]};
+    hpr_vec3 x = hpr_add(n->offset, hpr_frame_vector(n->outer, d));
+    double z =
+        n->rule->joined ? d[0] * n->height.along1 + d[1] * n->height.along2 : hpr_polar_height(&n->polar, x);
+    if (!(z > 0) || closed_form(n, x, place, weight))
+        return;
+    set_outer(n, place, weight * z);
+    hpr_polar_points(&n->polar, x, z);
+}
+
+void hpr_points_nested(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_rule *any,
                        hpr_group *group, hpr_group_sink sink, void *user)
 {
-    bool recv_is_outer = rule->recv_is_outer;
-    const hpr_element_frame *outer = recv_is_outer ? &pair->recv : &pair->send;
-    const hpr_affine *outer_height = recv_is_outer ? &pair->recv_height : &pair->send_height;
-    const hpr_cell *cell = recv_is_outer ? &rule->recv : &rule->send;
-    int nodes = recv_is_outer ? rule->recv_nodes[0] : rule->send_nodes[0];
-    polar p = {.gauss = gauss,
-               .pair = pair,
-               .rule = rule,
-               .inner = recv_is_outer ? &pair->send : &pair->recv,
-               .inner_height = recv_is_outer ? pair->send_height : pair->recv_height,
-               .nodes = panel_nodes(rule->tolerance, rule->inner_degree),
-               .group = group,
-               .outer_points = recv_is_outer ? &group->recv : &group->send,
-               .inner_points = recv_is_outer ? &group->send : &group->recv,
-               .sink = sink,
-               .user = user};
-    p.jacobian = p.inner->area_m2 * (p.inner->shape == HPR_SHAPE_PARALLELOGRAM ? 1 : 2);
+    const hpr_nested *rule = &any->nested;
+    bool by_recv = rule->recv_is_outer;
+    nest n = {.rule = rule,
+              .outer = by_recv ? &pair->recv : &pair->send,
+              .inner = by_recv ? &pair->send : &pair->recv,
+              .height = by_recv ? pair->recv_height : pair->send_height,
+              .polar = {.gauss = gauss,
+                        .points = by_recv ? &group->send : &group->recv,
+                        .group = group,
+                        .sink = sink,
+                        .user = user},
+              .points = by_recv ? &group->recv : &group->send};
+    set_polar(&n, by_recv ? &pair->send_height : &pair->recv_height);
+    if (!rule->joined)
+        n.offset = hpr_sub(hpr_frame_point(n.outer, rule->outer_origin[0], rule->outer_origin[1]),
+                           hpr_frame_point(n.inner, rule->inner_origin[0], rule->inner_origin[1]));
     group->scale = 1;
-    if (rule->inner_degree == 0) {
-        constant_inner(&p, outer, cell, nodes);
-        return;
-    }
-    p.outer_points->count = 1;
-    for (int k = 0; k < nodes * nodes; k++) {
-        hpr_outer_point point = hpr_outer_at(gauss, outer, cell, &rule->box, nodes, k);
-        p.z = hpr_affine_at(outer_height, point.s, point.t);
-        /* the foot relative to the inner element's origin, like the edges */
-        p.foot = hpr_madd(hpr_sub(point.position, p.inner->origin), -p.z, p.inner->normal);
-        set_point(p.outer_points, 0, &point, hpr_scale(p.inner->normal, p.z), point.weight * p.z);
-        if (p.z > 0)
-            integrate_inner(&p);
+    int first = rule->dimension > 0 ? rule->nodes[0] : 1, second = rule->dimension > 1 ? rule->nodes[1] : 1;
+    for (int j = 0; j < second; j++) {
+        for (int i = 0; i < first; i++)
+            at_outer_point(&n, i, j);
     }
 }

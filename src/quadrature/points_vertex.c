@@ -10,25 +10,15 @@ typedef struct vertex_rule {
     const hpr_rule *rule;
 } vertex_rule;
 
-static double eta(const vertex_rule *v, int axis, int node)
-{
-    return v->rule->box.low[axis] + v->rule->box.width[axis] * v->gauss->node[node];
-}
-
-static double weight(const vertex_rule *v, int axis, int node)
-{
-    return v->rule->box.width[axis] * v->gauss->weight[node];
-}
-
 /* The points xi (1, eta1): the leading side. */
 static void lead(const vertex_rule *v, const hpr_wing *wing, double xi, hpr_points *points)
 {
     points->count = 0;
     for (int i = 0; i < v->rule->kernel_nodes; i++) {
-        double eta1 = eta(v, 0, i);
+        double eta1 = v->gauss->node[i];
         hpr_vec3 position = hpr_madd(wing->first, eta1, wing->second);
         double height = wing->first_height + eta1 * wing->second_height;
-        hpr_wing_append(wing, points, xi, xi * eta1, position, weight(v, 0, i) * height);
+        hpr_wing_append(wing, points, xi, xi * eta1, position, v->gauss->weight[i] * height);
     }
 }
 
@@ -37,13 +27,13 @@ static void follow(const vertex_rule *v, const hpr_wing *wing, double xi, hpr_po
 {
     points->count = 0;
     for (int j = 0; j < v->rule->kernel_nodes; j++) {
-        double eta2 = eta(v, 1, j);
+        double eta2 = v->gauss->node[j];
         for (int i = 0; i < v->rule->kernel_nodes; i++) {
-            double eta3 = eta(v, 2, i);
+            double eta3 = v->gauss->node[i];
             hpr_vec3 position = hpr_scale(hpr_madd(wing->first, eta3, wing->second), eta2);
             double height = eta2 * (wing->first_height + eta3 * wing->second_height);
             hpr_wing_append(wing, points, xi * eta2, xi * eta2 * eta3, position,
-                            weight(v, 1, j) * weight(v, 2, i) * eta2 * height);
+                            v->gauss->weight[j] * v->gauss->weight[i] * eta2 * height);
         }
     }
 }

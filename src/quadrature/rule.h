@@ -17,7 +17,7 @@ typedef enum hpr_rule_kind {
     HPR_RULE_PRODUCT, /* separate cells: product Gauss */
     HPR_RULE_VERTEX,  /* triangles sharing vertex 0 */
     HPR_RULE_EDGE,    /* triangles sharing the edge from vertex 0 to vertex 1 */
-    HPR_RULE_NESTED,  /* one side point by point, the other integrated in polar coordinates around its foot */
+    HPR_RULE_NESTED,  /* one side point by point, the other integrated in polar coordinates seen from it */
     HPR_RULE_CLIPPED  /* one side point by point, the other over what the point sees of it */
 } hpr_rule_kind;
 
@@ -26,25 +26,45 @@ typedef struct hpr_box {
     double low[3], width[3];
 } hpr_box;
 
+/*
+ * An outer integral over a point, a segment or a quadrilateral of one side, of an inner integral over a
+ * polygon or a segment of the other.
+ */
+typedef struct hpr_nested {
+    bool recv_is_outer;
+    int dimension;      /* of the outer set: 0, 1, 2 */
+    double outer[4][2]; /* its corners in parameters; of a quadrilateral at (u, v) = 00, 10, 11, 01 */
+    int nodes[2];       /* along u and v */
+    hpr_polygon inner;  /* 2 corners: a segment */
+    double weight;    /* of all points; the measure is that of u, v and the inner parameters or 0 <= t <= 1 */
+    double tolerance; /* of the inner integral */
+    /* Parameters of the point from which both sides' positions are measured, if it is one (joined); then it
+     * lies in both planes. */
+    bool joined;
+    double outer_origin[2], inner_origin[2];
+    int homothety; /* what becomes of the sum: 0 nothing, 1 the first, 2 the second, then the first */
+} hpr_nested;
+
 typedef struct hpr_rule {
     hpr_rule_kind kind;
+    double error; /* estimated, relative to what the rule contributes */
     hpr_cell recv, send;
-    int recv_nodes[2],
-        send_nodes[2]; /* product; nested and clipped (their outer side): nodes along each axis */
-    /* vertex, edge: one term of their sums, over a box of eta1 eta2 eta3 (vertex) or eta2 eta3 (edge) */
+    int recv_nodes[2], send_nodes[2]; /* product; clipped (its outer side): nodes along each axis */
+    /* vertex, edge: one term of their sums */
     int term;
-    int kernel_nodes; /* along each axis of the box: there the kernel varies */
-    int scale_nodes;  /* along the other axes: there only the polynomials vary */
-    hpr_box box;      /* vertex, edge; nested, clipped: hpr_outer_at's u, v */
-    /* nested, clipped */
+    int kernel_nodes; /* along the axes on which the kernel varies */
+    int scale_nodes;  /* along the others, on which only the polynomials vary */
+    hpr_nested nested;
+    /* clipped */
+    hpr_box box; /* hpr_outer_at's u, v */
     bool recv_is_outer;
     hpr_polygon inner; /* the other side's part, in its parameters */
     int inner_degree;  /* total degree of the inner polynomials; 0: the closed form is used */
     double tolerance;  /* of the inner integral */
 } hpr_rule;
 
-/* Terms and axes of the vertex and the edge rule. */
-enum { HPR_VERTEX_TERMS = 2, HPR_VERTEX_AXES = 3, HPR_EDGE_TERMS = 5, HPR_EDGE_AXES = 2 };
+/* Terms of the vertex and the edge rule. */
+enum { HPR_VERTEX_TERMS = 2, HPR_EDGE_TERMS = 5 };
 
 /* Largest number of points on one side of a group. */
 enum { HPR_NODES_MAX = HPR_GAUSS_MAX, HPR_POINTS_MAX = HPR_NODES_MAX * HPR_NODES_MAX };
@@ -107,6 +127,7 @@ hpr_outer_point hpr_outer_at(const hpr_gauss_table *gauss, const hpr_element_fra
  * the kernel's growth near the ellipse, observed.
  */
 int hpr_kernel_nodes(double length, double distance, double tolerance);
+double hpr_kernel_error(double length, double distance, int nodes);
 
 /* sum of a group with phi = 1: its part of sqrt(A_r A_s) K^00 over the parameter measures. */
 double hpr_group_sum(const hpr_group *group);
@@ -133,21 +154,29 @@ typedef struct hpr_rule_demand {
     int least_nodes;   /* product: at least so many nodes per axis; above 1 visibility is sampled */
 } hpr_rule_demand;
 
+/* Centres of homotheties (homothety.h), in the parameters of both. */
+typedef struct hpr_centre {
+    double recv[2], send[2];
+} hpr_centre;
+
 typedef struct hpr_rule_outcome {
-    bool seen;             /* false: neither faces the other, the block is zero */
-    bool stopped_short;    /* some rule misses the tolerance */
-    uint64_t kernel_count; /* kernels that the choice itself evaluated */
-    uint64_t clip_count;   /* points for which the choice clipped the other side */
-    double exchange_m2;    /* ∫_r ∫_s G V dA dA, as far as no rules were emitted for it: of constants */
+    bool seen;           /* false: neither faces the other, the block is zero */
+    bool stopped_short;  /* the effort was at its limit */
+    double error;        /* estimated, absolute, of the dimensionless block; beside the rules' own */
+    double rounding;     /* relative to what the rules contribute; */
+    double flat, swept;  /* and the lesser of this, relative, and that, absolute */
+    uint64_t clip_count; /* points for which the choice clipped the other side */
+    double exchange_m2;  /* ∫_r ∫_s G V dA dA, as far as no rules were emitted for it: of constants */
+    int centre_count;    /* homotheties that the sums still have to go through */
+    hpr_centre centre[2];
 } hpr_rule_outcome;
 
 typedef void (*hpr_rule_sink)(void *user, const hpr_rule *rule);
 
 /*
- * Rules for one pair of polygons that face each other wholly, at any distance: the outer polygon is cut along
- * the projections of the inner one's edges, the pieces fall into triangles, and boxes of these are halved
- * until the inner integral of a constant (Lambert's formula) is resolved to `tolerance` of the whole. degree:
- * total degrees in the parameters. Returns false if it stopped short.
+ * Rules for one pair of polygons that face each other wholly and do not touch: the outer polygon is cut along
+ * the projections of the inner one's edges and divided until Gauss resolves the inner integral to `tolerance`
+ * of the whole. Returns false if it stopped short.
  */
 bool hpr_nested_choose(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_polygon *recv,
                        const hpr_polygon *send, double tolerance, hpr_rule_sink sink, void *user);

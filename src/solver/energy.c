@@ -13,6 +13,7 @@
 enum {
     MAX_LAMBERT_PATCHES = 512, /* more patches, and all fractions are sampled */
     CELL_NODES = 6,
+    MANY_LEAVES = 1000, /* are small, so that what they see varies little over them */
     MAX_DEPTH = 48,
     MAX_CELLS = 20000, /* per leaf */
     RAYS = 1 << 20,    /* about so many in all */
@@ -74,7 +75,7 @@ typedef struct leaf_integral {
     hpr_shape shape;
     hpr_cell
         cell; /* triangle of the leaf's parameters over which boxes lie, collapsed: a = u (1 - v), b = v */
-    int cells;
+    int cells, nodes; /* boxes so far, nodes per axis of a box */
 } leaf_integral;
 
 static void leaf_point(const leaf_integral *l, double s, double t, double point[3])
@@ -118,15 +119,16 @@ static void add_point(const leaf_integral *l, double s, double t, double weight,
 /* Product Gauss over a box of the cell's collapsed coordinates. radiosity: scratch [channels]. */
 static void integrate_box(leaf_integral *l, const double box[4], double *sum, double *radiosity)
 {
-    const hpr_gauss_rule *gauss = &l->e->gauss->legendre[CELL_NODES];
+    int nodes = l->nodes;
+    const hpr_gauss_rule *gauss = &l->e->gauss->legendre[nodes];
     const double *o = l->cell.origin, *e1 = l->cell.edge1, *e2 = l->cell.edge2;
     double parameters = l->shape == HPR_SHAPE_TRIANGLE ? 0.5 : 1; /* area of the parameter domain */
     double area =
         fabs(e1[0] * e2[1] - e1[1] * e2[0]) * l->e->elements->area_m2[l->node] / parameters * box[2] * box[3];
     memset(sum, 0, 2 * l->e->channels * sizeof *sum);
     l->cells++;
-    for (int j = 0; j < CELL_NODES; j++) {
-        for (int i = 0; i < CELL_NODES; i++) {
+    for (int j = 0; j < nodes; j++) {
+        for (int i = 0; i < nodes; i++) {
             double v = box[1] + box[3] * gauss->node[j], a = (box[0] + box[2] * gauss->node[i]) * (1 - v),
                    point[3];
             double s = o[0] + a * e1[0] + v * e2[0], t = o[1] + a * e1[1] + v * e2[1];
@@ -261,6 +263,8 @@ static void lose_from_leaf(const energy *e, size_t leaf)
     leaf_integral l = {
         .e = e, .leaf = leaf, .patch = patch, .node = node, .shape = (hpr_shape)e->patches->shape[patch]};
     double *total = e->lost + 2 * e->channels * leaf;
+    int degree = e->elements->degree[node];
+    l.nodes = e->elements->leaf_count < MANY_LEAVES || degree + 2 > CELL_NODES ? CELL_NODES : degree + 2;
     if (e->shaded[patch])
         lose_by_rays(&l, total);
     else

@@ -3,7 +3,8 @@
 #include "link/links.h"
 #include "patch/frame.h"
 #include "solver/energy.h"
-#include "solver/gauss_seidel.h"
+#include "solver/linear.h"
+#include "solver/operator.h"
 #include "solver/outside.h"
 #include "solver/resolution.h"
 #include "solver/solution.h"
@@ -30,6 +31,8 @@ static hpr_status check_options(hpr_context *ctx, const hpr_solve_options *optio
     if (options->feet < HPR_CHOOSE || options->feet > HPR_MAX_FEET)
         return hpr_fail(ctx, HPR_ERR_ARG, "%d quarterings at feet are not in 0 .. %d", options->feet,
                         HPR_MAX_FEET);
+    if (!(options->link_tolerance >= 0 && options->link_tolerance < 1))
+        return hpr_fail(ctx, HPR_ERR_ARG, "link tolerance %g is not in [0, 1)", options->link_tolerance);
     if (!(options->block_tolerance >= 0 && options->block_tolerance < 1))
         return hpr_fail(ctx, HPR_ERR_ARG, "block tolerance %g is not in [0, 1)", options->block_tolerance);
     if (!(options->solver_tolerance > 0 && options->solver_tolerance < 1))
@@ -204,13 +207,14 @@ static hpr_status solve_system(hpr_solution *solution, const hpr_links *links, c
     size_t n = solution->channel_count, dofs = solution->summary.dof_count;
     size_t solved = channels_agree(solution) ? 1 : n;
     double *reflectance = NULL;
-    hpr_gauss_seidel problem = {.patches = patches,
-                                .links = links,
-                                .channel_count = solved,
-                                .coverage = coverage,
-                                .direct = direct,
-                                .tolerance = options->solver_tolerance,
-                                .max_sweeps = options->max_sweeps};
+    hpr_linear_problem problem = {.patches = patches,
+                                  .links = links,
+                                  .channel_count = solved,
+                                  .coverage = coverage,
+                                  .direct = direct,
+                                  .method = options->solver,
+                                  .tolerance = options->solver_tolerance,
+                                  .max_sweeps = options->max_sweeps};
     hpr_status status =
         hpr_allocate_into(ctx, &reflectance, patches->count * solved, sizeof(double), "the solver");
     if (status == HPR_OK)
@@ -219,11 +223,12 @@ static hpr_status solve_system(hpr_solution *solution, const hpr_links *links, c
         take_channels(reflectance, solved, patches->reflectance, n, patches->count);
         memcpy(problem.irradiance, direct, dofs * solved * sizeof *direct);
         problem.reflectance = reflectance;
-        status = hpr_gauss_seidel_solve(&problem);
+        status = hpr_linear_solve(&problem);
         for (size_t i = 0; i < n * dofs; i++)
             solution->irradiance[i] = problem.irradiance[(solved == 1 ? 0 : i % n) * dofs + i / n];
     }
     solution->summary.channels_solved = solved;
+    solution->summary.solver = (int)problem.used;
     solution->summary.sweeps = problem.sweeps;
     solution->summary.residual = problem.residual;
     hpr_release(ctx, reflectance);
@@ -239,6 +244,7 @@ static hpr_status gather_direct(const hpr_solution *solution, const hpr_links *l
     const hpr_elements *e = solution->elements;
     size_t n = solution->channel_count, dofs = solution->summary.dof_count;
     double *emission = NULL;
+    hpr_operator *op = NULL;
     hpr_status status = hpr_allocate_into(ctx, &emission, n * dofs, sizeof(double), "direct light");
     if (status != HPR_OK)
         return status;
@@ -248,11 +254,12 @@ static hpr_status gather_direct(const hpr_solution *solution, const hpr_links *l
             emission[c * dofs + e->dof[leaf]] =
                 sqrt(e->area_m2[node]) * patches->exitance[n * e->patch[node] + c];
     }
-#pragma omp parallel for schedule(dynamic, 1) num_threads(hpr_context_threads(ctx))
-    for (size_t patch = 0; patch < patches->count; patch++)
-        hpr_links_gather(links, patch, e->patch_leaf[patch], e->patch_leaf[patch + 1], n, emission, direct);
+    status = hpr_operator_create(links, n, &op);
+    if (status == HPR_OK)
+        hpr_operator_apply(op, emission, direct);
+    hpr_operator_destroy(&op);
     hpr_release(ctx, emission);
-    return HPR_OK;
+    return status;
 }
 
 /* The moments of D by clipping: where D jumps the quadrature is cut, so that what the elements cannot show of
@@ -282,10 +289,14 @@ static void summarise_links(hpr_solution *solution, const hpr_links *links)
     hpr_solve_summary *summary = &solution->summary;
     summary->link_count = links->count;
     summary->block_bytes = links->block_count * sizeof(double);
+    summary->link_tolerance = links->link_tolerance;
+    summary->link_error = links->link_error;
     summary->block_tolerance = links->tolerance;
     summary->blocked_tolerance = links->blocked_tolerance;
     summary->visibility_error = links->sampling_error;
     summary->short_count = links->short_count;
+    summary->block_error = links->block_error;
+    summary->sampled_error = links->sampled_error;
     summary->occluded = links->occluded;
     if (links->short_count)
         hpr_warn(solution->context, "%zu kernel blocks stopped short of their tolerance", links->short_count);
@@ -306,6 +317,24 @@ static void take_out(hpr_solution *solution, const hpr_coverage *coverage, const
         solution->irradiance[i] -= direct[i % n * dofs + i / n];
 }
 
+static hpr_status link_up(const hpr_solution *solution, const hpr_coverage *coverage,
+                          const hpr_solve_options *options, hpr_links **links)
+{
+    const hpr_patches *patches = solution->patches;
+    size_t n = patches->channel_count;
+    bool *sends = NULL;
+    hpr_status status = hpr_allocate_into(solution->context, &sends, patches->count, sizeof *sends, "links");
+    if (status != HPR_OK)
+        return status;
+    bool emission = solution->summary.direct == HPR_DIRECT_GALERKIN;
+    for (size_t i = 0; i < patches->count * n; i++)
+        sends[i / n] |= patches->reflectance[i] > 0 || (emission && patches->exitance[i] > 0);
+    const hpr_links_demand demand = {options->link_tolerance, options->block_tolerance, sends};
+    status = hpr_links_assemble(coverage, solution->elements, &demand, links);
+    hpr_release(solution->context, sends);
+    return status;
+}
+
 /* Stages in order; each fills its part of the solution. The energy terms need the whole H. */
 static hpr_status transport(hpr_solution *solution, const hpr_solve_options *options)
 {
@@ -316,7 +345,7 @@ static hpr_status transport(hpr_solution *solution, const hpr_solve_options *opt
     hpr_stage_begin(ctx, "assembly");
     hpr_status status = hpr_coverage_create(solution->patches, solution->elements, &coverage);
     if (status == HPR_OK)
-        status = hpr_links_assemble(coverage, solution->elements, options->block_tolerance, &links);
+        status = link_up(solution, coverage, options, &links);
     hpr_stage_end(ctx);
     if (status == HPR_OK) {
         summarise_links(solution, links);

@@ -53,7 +53,7 @@ static outcome factor_of(const pair *p, double expected)
     double factor = block * sqrt(two.area_m2 / one.area_m2);
     return (outcome){.value = expected,
                      .error = expected != 0 ? fabs(factor / expected - 1) : fabs(factor),
-                     .short_of = result.stopped_short};
+                     .short_of = result.status >= HPR_BLOCK_SHORT};
 }
 
 static outcome open_case(const hard_case *it)
@@ -161,7 +161,7 @@ static outcome exchange_error(const hpr_element_frame *a, const hpr_element_fram
     hpr_block_result result = block_of(a, b, demanded, &block);
     return (outcome){.value = exact / a->area_m2,
                      .error = fabs(block * sqrt(a->area_m2 * b->area_m2) / exact - 1),
-                     .short_of = result.stopped_short};
+                     .short_of = result.status >= HPR_BLOCK_SHORT};
 }
 
 /* A wall of height `number` stands on the middle of a floor. */
@@ -223,7 +223,7 @@ static outcome bits_case(const hard_case *it)
         double scale = ldexp(1, power[k]);
         hpr_element_frame a = scaled(it->pair.corner1, 1, 2), b = scaled(it->pair.corner2, 1, 2);
         hpr_element_frame c = scaled(it->pair.corner1, scale, 2), d = scaled(it->pair.corner2, scale, 2);
-        out.short_of |= block_of(&a, &b, rough, block_a).stopped_short;
+        out.short_of |= block_of(&a, &b, rough, block_a).status >= HPR_BLOCK_SHORT;
         block_of(&c, &d, rough, block_b);
         for (size_t i = 0; i < frame_basis(&a) * frame_basis(&b); i++)
             out.error += block_a[i] != block_b[i];
@@ -240,8 +240,8 @@ static outcome reciprocity_case(const hard_case *it)
         hpr_element_frame a = frame_of_corners(degree, p->count1, p->corner1);
         hpr_element_frame b = frame_of_corners(degree, p->count2, p->corner2);
         size_t na = frame_basis(&a), nb = frame_basis(&b);
-        out.short_of |= block_of(&a, &b, demanded, block_a).stopped_short;
-        out.short_of |= block_of(&b, &a, demanded, block_b).stopped_short;
+        out.short_of |= block_of(&a, &b, demanded, block_a).status >= HPR_BLOCK_SHORT;
+        out.short_of |= block_of(&b, &a, demanded, block_b).status >= HPR_BLOCK_SHORT;
         double largest = largest_entry(block_a, na * nb);
         for (size_t i = 0; i < na * nb; i++)
             out.error = fmax(out.error, fabs(block_a[i] - block_b[i % nb * na + i / nb]) / largest);
@@ -267,7 +267,7 @@ static outcome closure_case(const hard_case *it)
         double sum[HPR_MAX_BASIS] = {-1};
         for (int j = 0; j < 5; j++) {
             hpr_element_frame other = frame_of_corners(degree, 4, face[j]);
-            out.short_of |= block_of(&ground, &other, demanded, block_a).stopped_short;
+            out.short_of |= block_of(&ground, &other, demanded, block_a).status >= HPR_BLOCK_SHORT;
             for (size_t k = 0; k < n; k++)
                 sum[k] += sqrt(other.area_m2) * block_a[k * n];
         }
@@ -288,7 +288,7 @@ static outcome moments_case(const hard_case *it)
         hpr_element_frame recv = frame_of(shape, c->degree, c->recv[0], c->recv[1], c->recv[2]);
         hpr_element_frame send = frame_of(shape, c->degree, c->send[0], c->send[1], c->send[2]);
         size_t n = frame_basis(&send);
-        out.short_of = block_of(&recv, &send, demanded, block_a).stopped_short;
+        out.short_of = block_of(&recv, &send, demanded, block_a).status >= HPR_BLOCK_SHORT;
         double largest = largest_entry(block_a, n * n), worst = 0;
         for (int k = 0; k < c->entry_count; k++) {
             const open_entry *e = &c->entry[k];
@@ -337,7 +337,7 @@ static outcome blocked_case(const hard_case *it)
         hpr_block_result result = hpr_block_ref(bench.quadrature, &task, &block, bench.scratch);
         out = (outcome){.value = it->expected,
                         .error = fabs(block / it->expected - 1),
-                        .short_of = result.stopped_short || result.sampled};
+                        .short_of = result.status >= HPR_BLOCK_SHORT};
     }
     hpr_visibility_destroy(&visibility);
     hpr_patches_destroy(&patches);

@@ -109,7 +109,7 @@ static inline double exchange_of(const hpr_element_frame *recv, const hpr_elemen
     a.degree = b.degree = 0;
     double block;
     hpr_block_result result = block_of(&a, &b, tolerance, &block);
-    assert_false(result.stopped_short);
+    assert_true(result.status < HPR_BLOCK_SHORT);
     return block * sqrt(a.area_m2 * b.area_m2);
 }
 

@@ -83,13 +83,13 @@ static inline long double contour_segments(contour_vec p, contour_vec p1, contou
 
 /*
  * A1 F12 = 1/(2 pi) sum over edges e of 1, f of 2: (t_e . t_f) ∫_e ∫_f ln r dt ds, of polygons that lie
- * wholly in front of each other and of which nothing crosses. Counter-clockwise from the front. Absolute
- * error some 1e-18 times the sum of the terms. Source: Sparrow 1963.
+ * wholly in front of each other and of which nothing crosses. Counter-clockwise from the front. *error: some
+ * 1e-18 times the sum of the terms. Source: Sparrow 1963.
  */
-static inline double contour_exchange(int count1, const double (*corner1)[3], int count2,
-                                      const double (*corner2)[3])
+static inline double contour_exchange_within(int count1, const double (*corner1)[3], int count2,
+                                             const double (*corner2)[3], double *error)
 {
-    long double sum = 0;
+    long double sum = 0, size = 0;
     for (int i = 0; i < count1; i++) {
         contour_vec p = contour_point(corner1[i]), p1 = contour_point(corner1[(i + 1) % count1]);
         contour_vec v = contour_add(p1, -1, p);
@@ -97,11 +97,22 @@ static inline double contour_exchange(int count1, const double (*corner1)[3], in
             contour_vec q = contour_point(corner2[j]), q1 = contour_point(corner2[(j + 1) % count2]);
             contour_vec u = contour_add(q1, -1, q);
             long double turn = contour_dot(v, u) / (contour_length(v) * contour_length(u));
-            if (turn != 0)
-                sum += turn * contour_segments(p, p1, q, q1);
+            if (turn == 0)
+                continue;
+            long double term = turn * contour_segments(p, p1, q, q1);
+            sum += term;
+            size += fabsl(term);
         }
     }
+    *error = (double)(size * 1e-18L / (4 * acosl(0)));
     return (double)(sum / (4 * acosl(0)));
+}
+
+static inline double contour_exchange(int count1, const double (*corner1)[3], int count2,
+                                      const double (*corner2)[3])
+{
+    double error;
+    return contour_exchange_within(count1, corner1, count2, corner2, &error);
 }
 
 #endif

@@ -127,7 +127,7 @@ static void blocked_block(const bench *b, size_t recv, int recv_degree, size_t s
     task.recv.degree = recv_degree;
     task.send.degree = send_degree;
     hpr_block_result result = hpr_block_ref(b->quadrature, &task, block, b->scratch);
-    assert_false(result.sampled || result.stopped_short);
+    assert_int_equal(result.status, HPR_BLOCK_WITHIN);
     assert_int_equal(result.ray_count, 0);
 }
 

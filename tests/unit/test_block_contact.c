@@ -38,7 +38,7 @@ static enclosure_errors errors_of(const enclosure *e)
             const hpr_element_frame *a = &e->face[i], *b = &e->face[j];
             size_t n = frame_basis(a), m = frame_basis(b);
             double exact = e->exact[i][j] / sqrt(a->area_m2 * b->area_m2);
-            errors.short_count += block_of(a, b, demanded, block).stopped_short;
+            errors.short_count += block_of(a, b, demanded, block).status >= HPR_BLOCK_SHORT;
             for (size_t k = 0; k < n; k++)
                 sum[i][k] += sqrt(b->area_m2) * block[k * m];
             for (size_t k = 0; k < m; k++)

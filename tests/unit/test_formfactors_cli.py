@@ -2,6 +2,7 @@
 """hprad formfactors from outside: test_formfactors_cli.py HPRAD. Formats, tables, blocks, refusals, exit codes."""
 import ast
 import csv
+import json
 import math
 import os
 import struct
@@ -175,14 +176,57 @@ def check_refusals(hprad, folder):
         check("nothing left by: " + " ".join(arguments), hprad.listing() == before)
 
 
+def holds(fact, said, condition):
+    check(fact, [] if condition else [said])
+
+
+def check_report(hprad, folder):
+    def report(name, polygons, *arguments, control="", code=0):
+        with open(os.path.join(folder, name + ".vs3"), "w", encoding="ascii") as file:
+            file.write(vs3(polygons, control))
+        check("a report: " + name, problems(hprad("formfactors", name + ".vs3", "--quiet", "--report", name + ".json",
+                                                  *arguments), code, stdout=""))
+        with open(os.path.join(folder, name + ".json"), encoding="utf-8") as file:
+            return json.load(file)
+    # Five blocks demanded to 1e-13 of their largest entry; worst seen 7e-16 and 4e-15.
+    for order in (None, 3):
+        said = report("told", CUBE, "--tol", "1e-13", *([] if order is None else ["--order", str(order)]),
+                      control="encl=1")
+        holds(f"what is closed closes to rounding, order {order}", said["closure"],
+              said["closure"]["closed"] is True and 0 <= said["closure"]["defect"] < 5e-14)
+        holds(f"the error is within what was asked, order {order}", said,
+              0 < said["quadrature"]["relative_error"] <= 1e-13 and said["settings"]["tolerance"] == 1e-13 and
+              said["settings"]["order"] == order)
+        holds(f"nothing is short, rounded or outside [0, 1], order {order}", said["quadrature"],
+              [said["quadrature"][key] for key in ("pairs_short", "pairs_rounded", "outside", "sampled_error")] ==
+              [0, 0, 0, 0])
+        check(f"pairs are counted, order {order}", said["counts"] == {"surfaces": 6, "pairs": 15, "pairs_blocked": 0})
+    said = report("lidless", CUBE[:5])
+    holds("the defect of what is open is what is open", said["closure"],
+          said["closure"]["closed"] is False and abs(said["closure"]["defect"] - ADJACENT) < 1e-9)
+    # what is 0.001 high is known to 1e-16 / 0.001 of itself
+    kerb = [0, 0, 0, 0, 1, 0, 0, 1, .001, 0, 0, .001]
+    said = report("kerb", [CUBE[0], kerb], "--tol", "1e-13")
+    holds("rounding of the coordinates is told from a quadrature that stops short", said["quadrature"],
+          said["quadrature"]["pairs_rounded"] == 1 and said["quadrature"]["pairs_short"] == 0 and
+          said["quadrature"]["relative_error"] > 1e-13)
+    before = hprad.listing()
+    check("a report over the model is refused", problems(hprad("formfactors", "cube.vs3", "--report", "cube.vs3"), 2,
+                                                         ["cube.vs3"], ""))
+    check("nothing left of that", hprad.listing() == before)
+
+
 def check_short(hprad, folder):
     """Past more than 256 blockers visibility is sampled: less than the tolerance, written all the same."""
     tiles = [[x / 17, y / 17, .5, x / 17 + .03, y / 17, .5, x / 17 + .03, y / 17 + .03, .5, x / 17, y / 17 + .03, .5]
              for x in range(17) for y in range(17)]
     with open(os.path.join(folder, "short.vs3"), "w", encoding="ascii") as file:
         file.write(vs3(CUBE[:2] + tiles, kinds={2 + i: "O" for i in range(len(tiles))}))
-    check("short of the tolerance", problems(hprad("formfactors", "short.vs3", "--order", "1", "--quiet"), 4,
-                                             ["1 of 1 pairs", "is written"], ""))
+    check("short of the tolerance", problems(hprad("formfactors", "short.vs3", "--order", "1", "--quiet", "--report",
+                                                   "short.json"), 4, ["1 of 1 pairs", "is written"], ""))
+    with open(os.path.join(folder, "short.json"), encoding="utf-8") as file:
+        said = json.load(file)["quadrature"]
+    holds("the report says so", said, said["pairs_short"] == 1 and said["sampled_error"] > 1e-9)
     check("written all the same", read_npy(os.path.join(folder, "short.npy"))[0] == (2, 2, 4, 4))
 
 
@@ -209,6 +253,7 @@ def main():
         for name, degree, recv, send, entries in MOMENTS:
             check(name, wrong_moments(hprad, folder, name, degree, (recv, send), entries))
         check_refusals(hprad, folder)
+        check_report(hprad, folder)
         check_short(hprad, folder)
         check_gltf(hprad, folder)
     return done()

@@ -61,10 +61,11 @@ def report_rows(text):
                 yield key, code_words(cells[1])
 
 
-def reference_rows(text):
-    """The same for the report of a reference: its own table, and the keys that it shares."""
-    section = text[text.index("### Reference"):text.index("### Exit codes")]
-    shared = section[section.index("report of a reference has the keys"):section.index("of [any report]")]
+def section_rows(text, begin, end):
+    """The same for the report of another verb, told between two headings: its own table, and the keys that it shares."""
+    section = text[text.index(begin):text.index(end)]
+    section = section[re.search(r"report( of a reference)? has the keys", section).start():]
+    shared = section[:section.index("[any report]")]
     common = dict(report_rows(text))
     for key in code_words(shared):
         if key in common:
@@ -147,9 +148,11 @@ def main():
                ["--order {order} --subdivide {subdivide} --feet {feet}".format(**report["settings"])]
                if f"`{words}`: polynomials of degree {report['settings']['order']}" not in " ".join(text.split())])
         check("the keys of a report", report_problems(dict(report_rows(text)), report))
-        with open(os.path.join(folder, "truth.json"), encoding="utf-8") as file:
-            check("the keys of a reference's report",
-                  report_problems(dict(reference_rows(text)), json.load(file)))
+        for name, begin, end in (("truth.json", "### Reference", "### Exit codes"),
+                                 ("room.json", "### View factors", "### Reference")):
+            with open(os.path.join(folder, name), encoding="utf-8") as file:
+                check("the keys of " + name,
+                      report_problems(dict(section_rows(text, begin, end)), json.load(file)))
         check("the columns of a probe table, and its points", table_problems(text, folder))
         check("the Python example reads a solution", python_problems(text, folder))
     check("files that the README names are there", missing_files(text, root))

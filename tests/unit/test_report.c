@@ -38,6 +38,8 @@ static hpr_solution example(fixture *f)
         .duplicate_count = 4,
         .block_tolerance = 1e-6,
         .short_count = 9,
+        .block_error = 1e-12 / 3,
+        .sampled_error = 1e-2 / 3,
         .sweeps = 17,
         .residual = 0.1 + 0.2,
         .occluded = 1};
@@ -76,6 +78,7 @@ static void keys_are_as_documented(void **state)
     fixture *f = *state;
     hpr_count(f->context, HPR_COUNT_RAYS, 5000000000u);
     hpr_count(f->context, HPR_COUNT_PAIRS_PARTIAL, 3);
+    hpr_count(f->context, HPR_COUNT_ROUNDED, 5);
     hpr_stage_begin(f->context, "solve");
     hpr_stage_end(f->context);
     hpr_warn(f->context, "first \"warning\"");
@@ -109,12 +112,15 @@ static void keys_are_as_documented(void **state)
         {"counters/blocks_sampled", 0},
         {"counters/clips", 0},
         {"counters/blocks_short", 0},
+        {"counters/blocks_rounded", 5},
         {"counters/pairs_hidden", 0},
         {"counters/pairs_visible", 0},
         {"counters/pairs_partial", 3},
         {"solver/sweeps", 17},
         {"solver/residual", 0.1 + 0.2},
         {"solver/blocks_short", 9},
+        {"quadrature/block_error", 1e-12 / 3},
+        {"quadrature/sampled_error", 1e-2 / 3},
         {"environment/radiance/0", 0.1 + 0.2},
         {"environment/radiance/1", 0},
         {"environment/elements_closed_form", 5},

@@ -237,8 +237,9 @@ static void replace_all(unsigned char *data, size_t bytes, const char *from, con
 static void version_1_is_read_as_dark_outside(void **state)
 {
     fixture *f = *state;
-    static const char *const later[] = {"\"environment", "\"surroundings\"",     "\"weldDistance\"",
-                                        "\"feet\"",      "\"blockedTolerance\"", "\"visibilityError\""};
+    static const char *const later[] = {"\"environment",  "\"surroundings\"",     "\"weldDistance\"",
+                                        "\"feet\"",       "\"blockedTolerance\"", "\"visibilityError\"",
+                                        "\"blockError\"", "\"sampledError\""};
     hpr_solution *s = random_solution(f->context, 51, 3, 0, 1), *back;
     assert_int_equal(hpr_solution_write(f->context, s, in_folder(f, "a.glb")), HPR_OK);
     size_t bytes;

@@ -1,0 +1,316 @@
+/*
+ * From pairs of patches down to links. A pair of nodes becomes a link when what the degrees of its inner
+ * nodes leave out is small enough; else the node that leaves out more is replaced by its children. What a
+ * leaf's degree leaves out does not count: the elements cannot show it anyway.
+ *
+ * Links that see each other wholly: e_ij <= tolerance w, w = sqrt(A_i A_j) / A. Since every pair of points is
+ * in one link, sum e_ij^2 <= tolerance^2, a bound on the operator's norm. Links that see partly have a jump
+ * in the kernel, which no degree follows: e_ij is about a third of ‖G‖ on any level, and what falls when they
+ * are refined is their number's share: of n^4 pairs of nodes of size 1/n some n^3 see partly, and their
+ * errors have either sign. So e_ij <= tolerance w^(1/4) keeps the root of the sum of squares, n^(3/2) times
+ * the worst contribution w^(3/2) w^(1/4) ‖B‖, at tolerance ‖B‖.
+ */
+#include "link/refine.h"
+
+#include "quadrature/far.h"
+
+#include <math.h>
+#include <omp.h>
+#include <string.h>
+
+/* Rounds of refinement below a pair of patches: 2 (2 HPR_MAX_SUBDIVIDE + 2 HPR_MAX_FEET) at most. */
+enum { MAX_DEPTH = 64 };
+
+/* Links found by one thread. */
+typedef struct link_list {
+    size_t count, capacity;
+    hpr_link *link;
+} link_list;
+
+/* A share of the work: patch i with [j, j_end). Its links are consecutive in the list of one thread. */
+typedef struct task {
+    uint32_t i, j, j_end, thread;
+    size_t first, count;
+} task;
+
+typedef struct walker {
+    const hpr_refinement *r;
+    const hpr_tree *tree;
+    hpr_views_cursor *cursor;
+    uint32_t *blocker; /* [MAX_DEPTH + 1][occluder_count] */
+    size_t occluder_count;
+    link_list list;
+    uint64_t hidden;
+    hpr_status status;
+} walker;
+
+hpr_facet hpr_node_facet(const hpr_coverage *coverage, const hpr_tree *tree, size_t node)
+{
+    hpr_element_frame frame = hpr_tree_frame(tree, node, 0);
+    hpr_facet facet;
+    int part_count = 0;
+    uint32_t leaf = tree->elements->leaf_of_node[node];
+    const hpr_polygon *part = leaf == HPR_NONE ? NULL : hpr_coverage_parts(coverage, leaf, &part_count);
+    hpr_vec3_store(facet.normal, frame.normal);
+    if (part && part_count == 1 && part->count <= 4) {
+        facet.corner_count = (size_t)part->count;
+        for (int i = 0; i < part->count; i++)
+            hpr_vec3_store(facet.corner[i], hpr_frame_point(&frame, part->corner[i][0], part->corner[i][1]));
+        return facet;
+    }
+    hpr_cell whole = hpr_cell_whole(frame.shape);
+    hpr_vec3 corner[4];
+    facet.corner_count = (size_t)hpr_cell_corners(&frame, &whole, corner);
+    for (size_t i = 0; i < facet.corner_count; i++)
+        hpr_vec3_store(facet.corner[i], corner[i]);
+    return facet;
+}
+
+/* One node of two that may be joined. */
+typedef struct joint {
+    uint32_t node;
+    bool inner, straddles;
+    double area_m2, rho;
+    int degree; /* that the block should have there */
+    bool fits;  /* the degree leaves out no more than it may */
+} joint;
+
+typedef struct candidate {
+    joint recv, send;
+    double norm; /* of G */
+    bool hidden;
+} candidate;
+
+static candidate look_at(const walker *w, uint32_t recv, uint32_t send)
+{
+    const hpr_elements *e = w->tree->elements;
+    hpr_element_frame r = hpr_tree_frame(w->tree, recv, 0), s = hpr_tree_frame(w->tree, send, 0);
+    hpr_far_view view = hpr_far_foretell(&r, &s);
+    return (candidate){
+        .recv = {recv, e->child[recv] != HPR_NONE, view.recv_straddles, r.area_m2, view.recv_rho, 0, false},
+        .send = {send, e->child[send] != HPR_NONE, view.send_straddles, s.area_m2, view.send_rho, 0, false},
+        .norm = view.norm,
+        .hidden = view.hidden};
+}
+
+/* The lowest degree that leaves out no more than allowed; a leaf's own at most, for what that leaves out does
+ * not count. */
+static void choose_degree(const hpr_tree *tree, double norm, double allowed, joint *j)
+{
+    int worth = tree->worth[j->node];
+    if (j->straddles || !isfinite(norm)) {
+        j->degree = worth;
+        j->fits = !j->inner;
+        return;
+    }
+    j->degree = 0;
+    while (j->degree < worth && hpr_far_left_out(norm, j->rho, j->degree) > allowed)
+        j->degree++;
+    j->fits = !j->inner || hpr_far_left_out(norm, j->rho, j->degree) <= allowed;
+}
+
+/* May the pair stay as it is? Chooses the degrees. */
+static bool stands(const walker *w, candidate *c, bool partly)
+{
+    static const double jump = 0.3, root_half = 0.7; /* jump: of ‖G‖, that polynomials leave out of a jump */
+    const hpr_links *links = w->r->links;
+    double share = sqrt(c->recv.area_m2 * c->send.area_m2) / links->area_m2;
+    bool leaves = !c->recv.inner && !c->send.inner, known = isfinite(c->norm);
+    double allowed = partly ? links->link_tolerance * sqrt(sqrt(share))
+                            : links->link_tolerance * (share + (known ? c->norm : 0)) / 2;
+    choose_degree(w->tree, c->norm, root_half * allowed, &c->recv);
+    choose_degree(w->tree, c->norm, root_half * allowed, &c->send);
+    if (partly && leaves) {
+        c->recv.degree = w->tree->worth[c->recv.node];
+        c->send.degree = w->tree->worth[c->send.node];
+    }
+    if (leaves)
+        return true;
+    if (!known || (partly && jump * c->norm > allowed))
+        return false;
+    return c->recv.fits && c->send.fits;
+}
+
+/* Is the receiver the one to refine? */
+static bool refines_recv(const candidate *c, bool partly)
+{
+    if (!c->recv.inner || !c->send.inner)
+        return c->recv.inner;
+    if (c->recv.straddles != c->send.straddles)
+        return c->recv.straddles;
+    if (partly || !isfinite(c->norm) || c->recv.fits == c->send.fits)
+        return c->recv.area_m2 >= c->send.area_m2;
+    return !c->recv.fits;
+}
+
+static void emit(walker *w, const candidate *c, bool partly)
+{
+    link_list *list = &w->list;
+    if (list->count == list->capacity && w->status == HPR_OK)
+        w->status = hpr_grow(w->tree->context, &list->link, &list->capacity, 2 * list->count + 64,
+                             sizeof *list->link);
+    if (w->status == HPR_OK)
+        list->link[list->count++] = (hpr_link){.recv = c->recv.node,
+                                               .send = c->send.node,
+                                               .recv_degree = (uint8_t)c->recv.degree,
+                                               .send_degree = (uint8_t)c->send.degree,
+                                               .partly = partly};
+}
+
+/* blocker [blocker_count]: what may come between, if `partly` */
+static void walk(walker *w, uint32_t recv, uint32_t send, bool partly, const uint32_t *blocker,
+                 size_t blocker_count, int depth)
+{
+    const hpr_tree *tree = w->tree;
+    const uint32_t *child = tree->elements->child;
+    if (w->status != HPR_OK || hpr_cancelled(tree->context))
+        return;
+    if (tree->kind[recv] == HPR_NODE_COVERED || tree->kind[send] == HPR_NODE_COVERED) {
+        w->hidden++;
+        return;
+    }
+    candidate c = look_at(w, recv, send);
+    bool mixed[2] = {c.recv.inner && tree->kind[recv] == HPR_NODE_MIXED,
+                     c.send.inner && tree->kind[send] == HPR_NODE_MIXED};
+    uint32_t *own = w->blocker + (size_t)(depth + 1) * w->occluder_count;
+    size_t own_count = 0;
+    if (partly && depth > 0) {
+        hpr_facet a = hpr_node_facet(w->r->coverage, tree, recv),
+                  b = hpr_node_facet(w->r->coverage, tree, send);
+        hpr_verdict verdict =
+            hpr_visibility_classify(w->r->visibility, &a, &b, blocker, blocker_count, own, &own_count);
+        if (verdict == HPR_SEES_NOTHING) {
+            w->hidden++;
+            return;
+        }
+        partly = verdict == HPR_SEES_PARTLY;
+        blocker = own;
+        blocker_count = own_count;
+    }
+    if (!partly && c.hidden) {
+        w->hidden++;
+        return;
+    }
+    if (!mixed[0] && !mixed[1] && stands(w, &c, partly)) {
+        emit(w, &c, partly);
+        return;
+    }
+    bool first = mixed[0] != mixed[1] ? mixed[0] : refines_recv(&c, partly);
+    uint32_t refined = first ? child[recv] : child[send];
+    for (uint32_t k = 0; k < 2; k++)
+        walk(w, first ? refined + k : recv, first ? send : refined + k, partly, blocker, blocker_count,
+             depth + 1);
+}
+
+static void walk_task(walker *w, task *t)
+{
+    const hpr_refinement *r = w->r;
+    t->thread = (uint32_t)omp_get_thread_num();
+    t->first = w->list.count;
+    for (uint32_t j = t->j; j < t->j_end && w->status == HPR_OK; j++) {
+        uint8_t verdict = r->verdict[t->i * w->tree->elements->patch_count + j];
+        size_t blocker_count = 0;
+        if (verdict == HPR_SEES_NOTHING)
+            continue;
+        if (verdict == HPR_SEES_PARTLY)
+            hpr_views_classify(r->views, w->cursor, t->i, j, w->blocker, &blocker_count);
+        walk(w, t->i, j, verdict == HPR_SEES_PARTLY, w->blocker, blocker_count, 0);
+    }
+    t->count = w->list.count - t->first;
+}
+
+static hpr_status make_tasks(const hpr_refinement *r, task **tasks, size_t *count)
+{
+    size_t n = r->links->tree->elements->patch_count, width = n / 64 + 1;
+    *count = 0;
+    for (size_t i = 0; i < n; i++)
+        *count += (n - i - 1 + width - 1) / width;
+    hpr_status status = hpr_allocate_into(r->links->context, tasks, *count, sizeof **tasks, "links");
+    if (status != HPR_OK)
+        return status;
+    size_t next = 0;
+    for (size_t i = 0; i < n; i++) {
+        for (size_t j = i + 1; j < n; j += width) {
+            size_t end = j + width < n ? j + width : n;
+            (*tasks)[next++] = (task){.i = (uint32_t)i, .j = (uint32_t)j, .j_end = (uint32_t)end};
+        }
+    }
+    return HPR_OK;
+}
+
+static hpr_status open_walkers(const hpr_refinement *r, walker *walkers, int threads)
+{
+    hpr_context *ctx = r->links->context;
+    size_t occluders = hpr_visibility_occluder_count(r->visibility);
+    hpr_status status = HPR_OK;
+    for (int t = 0; t < threads && status == HPR_OK; t++) {
+        walker *w = &walkers[t];
+        *w = (walker){.r = r, .tree = r->links->tree, .occluder_count = occluders};
+        status = hpr_views_cursor_create(r->views, &w->cursor);
+        if (status == HPR_OK)
+            status = hpr_allocate_into(ctx, &w->blocker, (MAX_DEPTH + 2) * occluders, sizeof(uint32_t),
+                                       "blockers");
+    }
+    return status;
+}
+
+static void close_walkers(const hpr_refinement *r, walker *walkers, int threads)
+{
+    hpr_context *ctx = r->links->context;
+    for (int t = 0; t < threads; t++) {
+        hpr_count(ctx, HPR_COUNT_PAIRS_HIDDEN, walkers[t].hidden);
+        hpr_views_cursor_destroy(&walkers[t].cursor);
+        hpr_release(ctx, walkers[t].blocker);
+        hpr_release(ctx, walkers[t].list.link);
+    }
+    hpr_release(ctx, walkers);
+}
+
+/* The lists of all threads in the order of the tasks. */
+static hpr_status join_lists(const hpr_refinement *r, const walker *walkers, const task *tasks, size_t count)
+{
+    hpr_links *links = r->links;
+    size_t total = 0;
+    for (size_t t = 0; t < count; t++)
+        total += tasks[t].count;
+    hpr_status status = hpr_allocate_into(links->context, &links->link, total, sizeof *links->link, "links");
+    for (size_t t = 0; status == HPR_OK && t < count; t++) {
+        const link_list *list = &walkers[tasks[t].thread].list;
+        if (tasks[t].count == 0)
+            continue;
+        memcpy(links->link + links->count, list->link + tasks[t].first, tasks[t].count * sizeof *links->link);
+        links->count += tasks[t].count;
+    }
+    for (size_t l = 0; l < links->count; l++)
+        links->partly_count += links->link[l].partly;
+    return status;
+}
+
+hpr_status hpr_links_refine(const hpr_refinement *r)
+{
+    hpr_context *ctx = r->links->context;
+    int threads = hpr_context_threads(ctx);
+    walker *walkers = NULL;
+    task *tasks = NULL;
+    size_t count = 0;
+    hpr_status status = make_tasks(r, &tasks, &count);
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &walkers, (size_t)threads, sizeof *walkers, "links");
+    if (status == HPR_OK)
+        status = open_walkers(r, walkers, threads);
+    if (status == HPR_OK) {
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
+        for (size_t t = 0; t < count; t++)
+            walk_task(&walkers[omp_get_thread_num()], &tasks[t]);
+        for (int t = 0; t < threads; t++)
+            status = walkers[t].status != HPR_OK ? walkers[t].status : status;
+        if (status == HPR_OK && hpr_cancelled(ctx))
+            status = hpr_fail(ctx, HPR_ERR_INTERRUPTED, "interrupted while linking");
+    }
+    if (status == HPR_OK)
+        status = join_lists(r, walkers, tasks, count);
+    if (walkers)
+        close_walkers(r, walkers, threads);
+    hpr_release(ctx, tasks);
+    return status;
+}

@@ -1,0 +1,64 @@
+/*
+ * Coefficients on all nodes of the elements' trees. A link joins two nodes of any level; what a node sends
+ * is pulled up from the leaves below it, and what it receives is pushed down to them. Inner nodes have a
+ * degree of their own, which may be higher than that of the leaves.
+ * Source: Hanrahan, Salzman & Aupperle 1991; Gortler, Schroeder, Cohen & Hanrahan 1993.
+ */
+#ifndef HPR_LINK_TREE_H
+#define HPR_LINK_TREE_H
+
+#include "basis/two_scale.h"
+#include "link/coverage.h"
+
+/* What lies below a node. */
+typedef enum hpr_node_kind {
+    HPR_NODE_OPEN,   /* leaves of which nothing is covered */
+    HPR_NODE_MIXED,  /* some of it is covered: only its leaves have links */
+    HPR_NODE_COVERED /* nothing but covered leaves: no links */
+} hpr_node_kind;
+
+typedef struct hpr_tree {
+    hpr_context *context;
+    const hpr_patches *patches;   /* borrowed */
+    const hpr_elements *elements; /* borrowed */
+    hpr_two_scale *two_scale;
+    uint8_t *degree; /* [node_count] of leaves the element's */
+    uint8_t *worth;  /* [node_count] highest degree that a link may have there: with no more functions than
+                        the leaves below have */
+    uint8_t *kind;   /* [node_count] hpr_node_kind */
+    uint32_t *node;  /* [node_count] the nodes of patch after patch, each before its children */
+    uint32_t *first; /* [patch_count + 1] into node */
+    size_t *dof;     /* [node_count] first coefficient of each node; those of a patch are consecutive */
+    size_t dof_count;
+    int highest_degree; /* of any node */
+} hpr_tree;
+
+/* Inner nodes get inner_degree, or the highest degree of the leaves if that is more. Errors: HPR_ERR_MEMORY.
+ */
+hpr_status hpr_tree_create(const hpr_coverage *coverage, const hpr_elements *elements, int inner_degree,
+                           hpr_tree **tree);
+void hpr_tree_destroy(hpr_tree **tree);
+
+/* Number of functions of some degree on a node. */
+size_t hpr_tree_count(const hpr_tree *tree, size_t node, int degree);
+
+/* The frame of a node, with some degree. */
+hpr_element_frame hpr_tree_frame(const hpr_tree *tree, size_t node, int degree);
+
+/*
+ * The coefficients of a node up to some degree, in the order of that degree's basis: a pointer into
+ * node [dof_count], or `room` [HPR_MAX_BASIS] filled if the order differs.
+ */
+const double *hpr_tree_take(const hpr_tree *tree, size_t node, int degree, const double *value, double *room);
+
+/* The other way round: value += part. */
+void hpr_tree_add(const hpr_tree *tree, size_t node, int degree, const double *part, double *value);
+
+/* node [dof_count]: of a patch's leaves taken from leaf [leaf dofs], of the others pulled up. Thread-safe for
+ * distinct patches. */
+void hpr_tree_pull(const hpr_tree *tree, size_t patch, const double *leaf, double *node);
+
+/* leaf: what all nodes of a patch have, pushed down. node is used up. Thread-safe for distinct patches. */
+void hpr_tree_push(const hpr_tree *tree, size_t patch, double *node, double *leaf);
+
+#endif

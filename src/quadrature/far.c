@@ -1,0 +1,251 @@
+#include "quadrature/far.h"
+
+#include "math/gauss.h"
+
+#include <string.h>
+
+/* Product Gauss on one shape for one degree. */
+typedef struct node_set {
+    size_t point_count, basis_count;
+    double *s, *t, *weight; /* [points] in parameter measure */
+    double *phi;            /* [points][functions] weight times phi_k */
+} node_set;
+
+struct hpr_far {
+    hpr_context *context;
+    int max_degree;
+    node_set set[2][HPR_MAX_DEGREE + 1]; /* [shape][degree] */
+    double *memory;
+};
+
+enum { EXTRA_NODES = 2 };
+
+static size_t axis_nodes(int degree)
+{
+    return (size_t)degree + EXTRA_NODES;
+}
+
+static size_t set_size(hpr_shape shape, int degree)
+{
+    return axis_nodes(degree) * axis_nodes(degree) * (3 + hpr_basis_count(shape, degree));
+}
+
+/* Triangles in collapsed coordinates (Stroud 1971). */
+static void fill_set(const hpr_gauss_table *gauss, hpr_shape shape, int degree, node_set *set, double *memory)
+{
+    size_t n = axis_nodes(degree);
+    bool triangle = shape == HPR_SHAPE_TRIANGLE;
+    const hpr_gauss_rule *first = &gauss->legendre[n], *second = triangle ? &gauss->jacobi[n] : first;
+    set->point_count = n * n;
+    set->basis_count = hpr_basis_count(shape, degree);
+    set->s = memory;
+    set->t = set->s + n * n;
+    set->weight = set->t + n * n;
+    set->phi = set->weight + n * n;
+    for (size_t p = 0; p < n * n; p++) {
+        double *phi = set->phi + p * set->basis_count;
+        set->t[p] = second->node[p / n];
+        set->s[p] = first->node[p % n] * (triangle ? 1 - set->t[p] : 1);
+        set->weight[p] = first->weight[p % n] * second->weight[p / n];
+        hpr_basis_eval(shape, degree, set->s[p], set->t[p], phi);
+        for (size_t k = 0; k < set->basis_count; k++)
+            phi[k] *= set->weight[p];
+    }
+}
+
+hpr_status hpr_far_create(hpr_context *ctx, int max_degree, hpr_far **out)
+{
+    static const hpr_shape shapes[2] = {HPR_SHAPE_PARALLELOGRAM, HPR_SHAPE_TRIANGLE};
+    hpr_far *tables = NULL;
+    hpr_gauss_table *gauss = NULL;
+    size_t size = 0;
+    for (int degree = 0; degree <= max_degree; degree++)
+        size += set_size(shapes[0], degree) + set_size(shapes[1], degree);
+    hpr_status status = hpr_allocate_into(ctx, &tables, 1, sizeof *tables, "quadrature tables");
+    if (status == HPR_OK) {
+        tables->context = ctx;
+        tables->max_degree = max_degree;
+        status = hpr_allocate_into(ctx, &tables->memory, size, sizeof(double), "quadrature tables");
+    }
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &gauss, 1, sizeof *gauss, "quadrature tables");
+    if (status == HPR_OK) {
+        double *memory = tables->memory;
+        hpr_gauss_table_init(gauss);
+        for (int i = 0; i < 2; i++) {
+            for (int degree = 0; degree <= max_degree; degree++) {
+                fill_set(gauss, shapes[i], degree, &tables->set[shapes[i]][degree], memory);
+                memory += set_size(shapes[i], degree);
+            }
+        }
+    } else {
+        hpr_far_destroy(&tables);
+    }
+    hpr_release(ctx, gauss);
+    *out = tables;
+    return status;
+}
+
+void hpr_far_destroy(hpr_far **out)
+{
+    hpr_far *tables = *out;
+    if (!tables)
+        return;
+    hpr_context *ctx = tables->context;
+    hpr_release(ctx, tables->memory);
+    hpr_release(ctx, tables);
+    *out = NULL;
+}
+
+/* Corners, then the centre. */
+static int sample_points(const hpr_element_frame *frame, hpr_vec3 point[5])
+{
+    hpr_cell whole = hpr_cell_whole(frame->shape);
+    int count = hpr_cell_corners(frame, &whole, point);
+    double middle = frame->shape == HPR_SHAPE_TRIANGLE ? 1.0 / 3 : 0.5;
+    point[count] = hpr_frame_point(frame, middle, middle);
+    return count;
+}
+
+/* The smallest rho over the element's edges as segments. */
+static double smallest_rho(const hpr_vec3 *own, int own_count, const hpr_vec3 *other, int other_count)
+{
+    double least = INFINITY;
+    for (int i = 0; i < own_count; i++) {
+        hpr_vec3 p = own[i], q = own[(i + 1) % own_count];
+        double length = hpr_length(hpr_sub(p, q));
+        for (int j = 0; j <= other_count; j++) {
+            double a = (hpr_length(hpr_sub(other[j], p)) + hpr_length(hpr_sub(other[j], q))) / length;
+            least = fmin(least, a);
+        }
+    }
+    return least + sqrt(fmax(least * least - 1, 0));
+}
+
+/* Heights of points over a plane. Returns whether some lie on its front and some on its back, by more than
+ * rounding; *front: some lie on its front. */
+static bool heights(const hpr_element_frame *plane, const hpr_vec3 *point, int count, double slack,
+                    double *height, bool *front)
+{
+    double least = INFINITY, largest = -INFINITY;
+    for (int i = 0; i <= count; i++) {
+        height[i] = hpr_dot(hpr_sub(point[i], plane->origin), plane->normal);
+        least = fmin(least, height[i]);
+        largest = fmax(largest, height[i]);
+    }
+    *front = largest > slack;
+    return least < -slack && largest > slack;
+}
+
+hpr_far_view hpr_far_foretell(const hpr_element_frame *recv, const hpr_element_frame *send)
+{
+    static const double pi = 3.14159265358979323846, rounding = 1e-12;
+    hpr_vec3 x[5], y[5];
+    double x_height[5], y_height[5], largest = 0, nearest2 = INFINITY;
+    int nx = sample_points(recv, x), ny = sample_points(send, y);
+    double slack = rounding * sqrt(fmax(recv->area_m2, send->area_m2));
+    bool x_front, y_front;
+    hpr_far_view view = {.recv_rho = smallest_rho(x, nx, y, ny), .send_rho = smallest_rho(y, ny, x, nx)};
+    view.recv_straddles = heights(send, x, nx, slack, x_height, &x_front);
+    view.send_straddles = heights(recv, y, ny, slack, y_height, &y_front);
+    view.hidden = !x_front || !y_front;
+    for (int i = 0; i <= nx; i++) {
+        for (int j = 0; j <= ny; j++) {
+            hpr_vec3 d = hpr_sub(y[j], x[i]);
+            double r2 = hpr_dot(d, d);
+            nearest2 = fmin(nearest2, r2);
+            if (x_height[i] > 0 && y_height[j] > 0)
+                largest = fmax(largest, x_height[i] * y_height[j] / (r2 * r2));
+        }
+    }
+    view.norm = nearest2 > slack * slack ? largest / pi * sqrt(recv->area_m2 * send->area_m2) : INFINITY;
+    return view;
+}
+
+double hpr_far_left_out(double norm, double rho, int degree)
+{
+    static const double margin = 2;
+    return margin * norm * pow(rho, -(degree + 1));
+}
+
+/* Points of one side in space, from an origin that both sides share. */
+typedef struct side {
+    const node_set *set;
+    double *x, *y, *z, *height; /* [points]; height: over the other's plane */
+    double factor;              /* sqrt of the measure's Jacobian: from parameters and phi to area and T */
+} side;
+
+static side place_points(const node_set *set, const hpr_element_frame *frame, const hpr_element_frame *other,
+                         hpr_vec3 origin, double *memory)
+{
+    size_t n = set->point_count;
+    side s = {set, memory, memory + n, memory + 2 * n, memory + 3 * n, 0};
+    hpr_vec3 start = hpr_sub(frame->origin, origin), plane = hpr_sub(other->origin, origin);
+    for (size_t p = 0; p < n; p++) {
+        hpr_vec3 x = hpr_madd(hpr_madd(start, set->s[p], frame->edge1), set->t[p], frame->edge2);
+        s.x[p] = x.x;
+        s.y[p] = x.y;
+        s.z[p] = x.z;
+        s.height[p] = hpr_dot(hpr_sub(x, plane), other->normal);
+    }
+    s.factor = sqrt(frame->shape == HPR_SHAPE_PARALLELOGRAM ? frame->area_m2 : 2 * frame->area_m2);
+    return s;
+}
+
+size_t hpr_far_scratch(void)
+{
+    size_t n = axis_nodes(HPR_MAX_DEGREE);
+    return 9 * n * n + HPR_MAX_BASIS;
+}
+
+/* One row of G, and the sum of the squares with weights. */
+static double kernel_row(const side *recv, size_t p, const side *send, double *kernel)
+{
+    double sum2 = 0, x = recv->x[p], y = recv->y[p], z = recv->z[p], h = recv->height[p];
+    for (size_t q = 0; q < send->set->point_count; q++) {
+        double dx = send->x[q] - x, dy = send->y[q] - y, dz = send->z[q] - z;
+        double r2 = dx * dx + dy * dy + dz * dz;
+        kernel[q] = h * send->height[q] / (r2 * r2);
+        sum2 += send->set->weight[q] * kernel[q] * kernel[q];
+    }
+    return recv->set->weight[p] * sum2;
+}
+
+hpr_far_result hpr_far_block(const hpr_far *tables, const hpr_element_frame *recv,
+                             const hpr_element_frame *send, double *block, double *scratch)
+{
+    static const double pi = 3.14159265358979323846;
+    const node_set *recv_set = &tables->set[recv->shape][recv->degree],
+                   *send_set = &tables->set[send->shape][send->degree];
+    double *next = scratch;
+    side r = place_points(recv_set, recv, send, recv->origin, next);
+    next += 4 * recv_set->point_count;
+    side s = place_points(send_set, send, recv, recv->origin, next);
+    next += 4 * send_set->point_count;
+    double *kernel = next, *row = next + send_set->point_count;
+    size_t rows = recv_set->basis_count, columns = send_set->basis_count;
+    double sum2 = 0, sent2 = 0, carried2 = 0, factor = r.factor * s.factor / pi; /* of G, G P_s, P_r G P_s */
+    memset(block, 0, rows * columns * sizeof *block);
+    for (size_t p = 0; p < recv_set->point_count; p++) {
+        sum2 += kernel_row(&r, p, &s, kernel);
+        memset(row, 0, columns * sizeof *row);
+        for (size_t q = 0; q < send_set->point_count; q++) {
+            for (size_t l = 0; l < columns; l++)
+                row[l] += kernel[q] * send_set->phi[q * columns + l];
+        }
+        for (size_t l = 0; l < columns; l++)
+            sent2 += recv_set->weight[p] * row[l] * row[l];
+        for (size_t k = 0; k < rows; k++) {
+            for (size_t l = 0; l < columns; l++)
+                block[k * columns + l] += recv_set->phi[p * rows + k] * row[l];
+        }
+    }
+    for (size_t i = 0; i < rows * columns; i++) {
+        carried2 += block[i] * block[i];
+        block[i] *= factor;
+    }
+    return (hpr_far_result){.norm = factor * sqrt(sum2),
+                            .recv_error = factor * sqrt(fmax(sent2 - carried2, 0)),
+                            .send_error = factor * sqrt(fmax(sum2 - sent2, 0)),
+                            .kernel_count = recv_set->point_count * send_set->point_count};
+}

@@ -1,0 +1,122 @@
+#include "solver/relax.h"
+
+#include <math.h>
+#include <string.h>
+
+hpr_status hpr_relaxation_init(hpr_relaxation *r, hpr_linear_problem *problem)
+{
+    const hpr_elements *e = problem->links->tree->elements;
+    hpr_context *ctx = problem->links->context;
+    size_t n = problem->channel_count, dofs = e->dof[e->leaf_count];
+    *r = (hpr_relaxation){.problem = problem, .elements = e, .context = ctx, .dofs = dofs};
+    hpr_status status = hpr_allocate_into(ctx, &r->reflected, dofs * n, sizeof(double), "the solver");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &r->change2, e->leaf_count * n, sizeof(double), "the solver");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &r->norm2, e->leaf_count * n, sizeof(double), "the solver");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &r->fresh, dofs * n, sizeof(double), "the solver");
+    if (status == HPR_OK)
+        status = hpr_operator_create(problem->links, n, &r->op);
+    return status;
+}
+
+void hpr_relaxation_fini(hpr_relaxation *r)
+{
+    hpr_operator_destroy(&r->op);
+    hpr_release(r->context, r->reflected);
+    hpr_release(r->context, r->change2);
+    hpr_release(r->context, r->norm2);
+    hpr_release(r->context, r->fresh);
+}
+
+/* reflected = rho x on a patch. */
+static void reflect(hpr_relaxation *r, size_t patch, const double *x)
+{
+    const hpr_linear_problem *p = r->problem;
+    const hpr_elements *e = r->elements;
+    size_t first = e->dof[e->patch_leaf[patch]], end = e->dof[e->patch_leaf[patch + 1]];
+    for (size_t c = 0; c < p->channel_count; c++) {
+        double rho = p->reflectance[p->channel_count * patch + c];
+        for (size_t i = c * r->dofs + first; i < c * r->dofs + end; i++)
+            r->reflected[i] = rho * x[i];
+    }
+}
+
+/* Squares of change and value of one leaf, and the new value taken over if `update`. */
+static void compare(hpr_relaxation *r, size_t leaf, double *x, bool update)
+{
+    const hpr_elements *e = r->elements;
+    for (size_t c = 0; c < r->problem->channel_count; c++) {
+        double change2 = 0, norm2 = 0;
+        for (size_t i = c * r->dofs + e->dof[leaf]; i < c * r->dofs + e->dof[leaf + 1]; i++) {
+            double change = r->fresh[i] - x[i];
+            change2 += change * change;
+            norm2 += r->fresh[i] * r->fresh[i];
+            x[i] = update ? r->fresh[i] : x[i];
+        }
+        r->change2[c * e->leaf_count + leaf] = change2;
+        r->norm2[c * e->leaf_count + leaf] = norm2;
+    }
+}
+
+/* fresh holds K rho x on the patch; D is added, what is covered left out, and the result compared with x. */
+static void finish_patch(hpr_relaxation *r, size_t patch, double *x, bool source, bool update)
+{
+    const hpr_linear_problem *p = r->problem;
+    const hpr_elements *e = r->elements;
+    size_t first = e->patch_leaf[patch], end = e->patch_leaf[patch + 1];
+    for (size_t c = 0; source && c < p->channel_count; c++) {
+        for (size_t i = c * r->dofs + e->dof[first]; i < c * r->dofs + e->dof[end]; i++)
+            r->fresh[i] += p->direct[i];
+    }
+    for (size_t leaf = first; leaf < end; leaf++) {
+        for (size_t c = 0; c < p->channel_count; c++)
+            hpr_coverage_project(p->coverage, leaf, r->fresh + c * r->dofs + e->dof[leaf]);
+        compare(r, leaf, x, update);
+    }
+}
+
+/* Relative change of the last pass: the worst channel. */
+static double relative_change(const hpr_relaxation *r)
+{
+    size_t leaves = r->elements->leaf_count;
+    double worst = 0;
+    for (size_t c = 0; c < r->problem->channel_count; c++) {
+        double change2 = 0, norm2 = 0;
+        for (size_t i = c * leaves; i < (c + 1) * leaves; i++) {
+            change2 += r->change2[i];
+            norm2 += r->norm2[i];
+        }
+        if (change2 > 0)
+            worst = fmax(worst, sqrt(change2 / norm2));
+    }
+    return worst;
+}
+
+double hpr_relaxation_sweep(hpr_relaxation *r, double *x, bool source)
+{
+    size_t patches = r->elements->patch_count;
+    for (size_t patch = 0; patch < patches; patch++) {
+        reflect(r, patch, x);
+        hpr_operator_send(r->op, patch, r->reflected);
+    }
+    for (size_t patch = 0; patch < patches; patch++) {
+        hpr_operator_receive(r->op, patch, r->fresh);
+        finish_patch(r, patch, x, source, true);
+        reflect(r, patch, x);
+        hpr_operator_send(r->op, patch, r->reflected);
+    }
+    return relative_change(r);
+}
+
+double hpr_relaxation_gather(hpr_relaxation *r, double *x, bool update)
+{
+    size_t patches = r->elements->patch_count;
+    for (size_t patch = 0; patch < patches; patch++)
+        reflect(r, patch, x);
+    hpr_operator_apply(r->op, r->reflected, r->fresh);
+    for (size_t patch = 0; patch < patches; patch++)
+        finish_patch(r, patch, x, true, update);
+    return relative_change(r);
+}

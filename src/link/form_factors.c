@@ -117,7 +117,7 @@ static double sum_entry(const assembly *a, worker *w, size_t i, size_t j, double
  */
 static void integrate_entry(const assembly *a, worker *w, size_t i, size_t j)
 {
-    static const double tight = 1e-15;
+    static const double tight = 1e-14;
     double smaller = fmin(a->rows->row[i].area_m2, a->rows->row[j].area_m2);
     double sum = sum_entry(a, w, i, j, a->tolerance);
     if (sum > (1 - a->tolerance) * smaller && a->tolerance > tight) {

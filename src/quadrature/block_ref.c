@@ -231,12 +231,6 @@ static double area_factor(const hpr_element_frame *frame)
     return jacobian * hpr_basis_scale(frame->shape, frame->area_m2);
 }
 
-/* phi_0, for T_0 = 1 / sqrt(A). */
-static double first_value(const hpr_element_frame *frame)
-{
-    return 1 / (sqrt(frame->area_m2) * hpr_basis_scale(frame->shape, frame->area_m2));
-}
-
 /* A frame in other units of length. */
 static hpr_element_frame rescaled(const hpr_element_frame *frame, double scale)
 {
@@ -255,6 +249,12 @@ static double unit_scale(const hpr_block_task *task)
     double longest = fmax(fmax(hpr_length(task->recv.edge1), hpr_length(task->recv.edge2)),
                           fmax(hpr_length(task->send.edge1), hpr_length(task->send.edge2)));
     return longest > 0 && longest < INFINITY ? ldexp(1, -ilogb(longest)) : 1;
+}
+
+/* phi_0, for T_0 = 1 / sqrt(A). */
+static double first_value(const hpr_element_frame *frame)
+{
+    return 1 / (sqrt(frame->area_m2) * hpr_basis_scale(frame->shape, frame->area_m2));
 }
 
 /* The blockers as polygons, moved like the pair. */

@@ -7,6 +7,7 @@
  */
 #include "quadrature/flat.h"
 
+#include <float.h>
 #include <math.h>
 
 /* A number as the sum of two doubles. */
@@ -60,32 +61,41 @@ static hpr_vec3 turned(const axes *a, hpr_vec3 v)
     return (hpr_vec3){hpr_dot(a->x, v), hpr_dot(a->y, v), triple(a->base, v) / a->twice};
 }
 
-static double largest(double a, double b, double c, double d)
+static double highest(const hpr_affine *h, hpr_shape shape, double sign)
 {
-    return fmax(fmax(fabs(a), fabs(b)), fmax(fabs(c), fabs(d)));
+    double one = sign * (h->at_origin + h->along1), two = sign * (h->at_origin + h->along2);
+    double last = shape == HPR_SHAPE_PARALLELOGRAM ? one + sign * h->along2 : one;
+    return fmax(fmax(sign * h->at_origin, last), fmax(one, two));
 }
 
-static bool is_flat(const hpr_pair *pair)
+static double longest_edge(const hpr_pair *pair)
+{
+    return fmax(fmax(hpr_length(pair->recv.edge1), hpr_length(pair->recv.edge2)),
+                fmax(hpr_length(pair->send.edge1), hpr_length(pair->send.edge2)));
+}
+
+/* Not what counts as one plane anyway. */
+static bool is_flat(const hpr_pair *pair, double contact)
 {
     static const double flat = 0.02;
-    const hpr_affine *h = &pair->send_height;
-    double last = pair->send.shape == HPR_SHAPE_PARALLELOGRAM ? h->at_origin + h->along1 + h->along2 : 0;
-    double highest = largest(h->at_origin, h->at_origin + h->along1, h->at_origin + h->along2, last);
-    double longest = fmax(fmax(hpr_length(pair->recv.edge1), hpr_length(pair->recv.edge2)),
-                          fmax(hpr_length(pair->send.edge1), hpr_length(pair->send.edge2)));
-    return highest < flat * longest;
+    double over = highest(&pair->send_height, pair->send.shape, 1);
+    double below = highest(&pair->send_height, pair->send.shape, -1);
+    return fmax(over, below) < flat * longest_edge(pair) && over > contact &&
+           highest(&pair->recv_height, pair->recv.shape, 1) > contact;
 }
 
-/* Points nearer to the plane than that touch it. */
-static double snapped(double z, double contact)
+/* Points nearer to the plane than that lie in it but for rounding. */
+static double snapped(double z, double nearest)
 {
-    return fabs(z) <= contact ? 0 : z;
+    return fabs(z) <= nearest ? 0 : z;
 }
 
 void hpr_pair_flatten(hpr_pair *pair, double contact)
 {
-    if (!is_flat(pair))
+    static const double rounding = 16 * DBL_EPSILON;
+    if (!is_flat(pair, contact))
         return;
+    double nearest = fmin(contact, rounding * (longest_edge(pair) + hpr_length(pair->send.origin)));
     hpr_element_frame recv = pair->recv, send = pair->send;
     axes a = {.base = &pair->recv};
     a.x = hpr_scale(recv.edge1, 1 / hpr_length(recv.edge1));
@@ -95,8 +105,8 @@ void hpr_pair_flatten(hpr_pair *pair, double contact)
     recv.edge2 = (hpr_vec3){hpr_dot(a.x, recv.edge2), a.twice / recv.edge1.x, 0};
     recv.normal = (hpr_vec3){0, 0, 1};
     hpr_vec3 origin = turned(&a, send.origin), edge1 = turned(&a, send.edge1), edge2 = turned(&a, send.edge2);
-    double z0 = snapped(origin.z, contact), z1 = snapped(origin.z + edge1.z, contact),
-           z2 = snapped(origin.z + edge2.z, contact);
+    double z0 = snapped(origin.z, nearest), z1 = snapped(origin.z + edge1.z, nearest),
+           z2 = snapped(origin.z + edge2.z, nearest);
     origin.z = z0;
     edge1.z = z1 - z0;
     edge2.z = z2 - z0;

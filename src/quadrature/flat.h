@@ -6,8 +6,9 @@
 
 /*
  * Turns a pair whose sender hardly rises over the receiver's plane, so that that plane is z = 0; others are
- * left as they are. Corners of the sender nearer to the plane than `contact` are put into it. To be called
- * before blockers or parts are set.
+ * left as they are, and so are those that count as coplanar, `contact` being how near points touch. Corners
+ * of the sender that lie in the plane but for rounding are put into it. To be called before blockers or parts
+ * are set.
  */
 void hpr_pair_flatten(hpr_pair *pair, double contact);
 

@@ -266,6 +266,17 @@ static void reduce(chooser *c, const hpr_homothety *homothety, double tolerance)
         !hpr_homothety_choose(c->gauss, c->pair, homothety, tolerance, c->sink, c->user);
 }
 
+static double longest_edge(const hpr_element_frame *frame)
+{
+    return fmax(hpr_length(frame->edge1), hpr_length(frame->edge2));
+}
+
+/* How much more exactly the edges are known than the plane. */
+static double slenderness(const hpr_element_frame *frame)
+{
+    return longest_edge(frame) * longest_edge(frame) / frame->area_m2;
+}
+
 /* Pairs that do not touch: product rules where those are cheap, a homothety where it loses nothing, else the
  * nested rule. The limits in kernels are where their times are about equal, measured. */
 static void near_or_far(chooser *c, const hpr_contact *contact)
@@ -275,7 +286,9 @@ static void near_or_far(chooser *c, const hpr_contact *contact)
     double cost = product_cost(c, contact, dear);
     if (cost > cheap && c->outcome.flat < c->tolerance) {
         hpr_homothety apart = hpr_homothety_apart(c->gauss, c->pair, contact, &c->scratch->group, &condition);
-        if (condition * loss < c->tolerance) {
+        /* where the planes meet is known as well as the planes */
+        double known = loss * slenderness(&c->pair->recv) * slenderness(&c->pair->send);
+        if (condition * known < c->tolerance) {
             reduce(c, &apart, fmax(c->tolerance / condition, rounding));
             return;
         }
@@ -285,11 +298,6 @@ static void near_or_far(chooser *c, const hpr_contact *contact)
     else
         c->outcome.stopped_short |= !hpr_nested_choose(c->gauss, c->pair, &contact->recv_front,
                                                        &contact->send_front, c->tolerance, c->sink, c->user);
-}
-
-static double longest_edge(const hpr_element_frame *frame)
-{
-    return fmax(hpr_length(frame->edge1), hpr_length(frame->edge2));
 }
 
 /* What rounding does to the heights of one side's front over the other's plane, relative to the largest. */
@@ -380,7 +388,7 @@ static void integrate(chooser *c, const hpr_cell *recv, const hpr_cell *send)
         emit_pieces(c, &contact);
         return;
     }
-    static const double smallest_angle = 1e-4;
+    static const double smallest_angle = 1e-3;
     double sine = hpr_length(hpr_cross(c->pair->recv.normal, c->pair->send.normal));
     if (!separate && constants(c) && sine < smallest_angle) {
         slit_wedge(c, &contact);

@@ -439,6 +439,10 @@ static void many_occluders_are_sampled(void **state)
     print_message("mean V %.6f, expected %.6f, stated error of an element %.1e\n", received, 1 - factor,
                   summary->environment_error);
     assert_true(summary->environment_error > 0 && summary->environment_error < 0.02);
+    /* past more than 64 of the tiles blocks would go by rays, and that would be stated too */
+    uint64_t sampled = hpr_counter_value(room.context, HPR_COUNT_SAMPLED);
+    print_message("%d blocks sampled, stated error %.1e\n", (int)sampled, summary->visibility_error);
+    assert_true((sampled > 0) == (summary->visibility_error > 0));
     /* tiles lean by at most 5e-3 and stand 2e-4 over each other: V of one changes by as much */
     assert_true(fabs(received - (1 - factor)) <= 5e-3 + summary->environment_error);
     hpr_solution_destroy(&solution);

@@ -54,8 +54,8 @@ static inline long double lambert_sum(contour_vec to0, contour_vec to1, const co
 }
 
 /*
- * A1 F12 of triangles that lie wholly in front of each other and share at most one corner. *error: the
- * difference to twice the step.
+ * A1 F12 of triangles that lie wholly in front of each other and share at most one corner. *error: half the
+ * step about squares the relative error, so that the difference's power of 1.5 is on the safe side.
  */
 static inline double lambert_exchange(const double (*one)[3], const double (*two)[3], double *error)
 {
@@ -75,7 +75,7 @@ static inline double lambert_exchange(const double (*one)[3], const double (*two
     for (int i = 0; i < 3; i++)
         corner[i] = contour_add(contour_point(two[i]), -1, at);
     long double rough = lambert_sum(to0, to1, corner, 12), fine = lambert_sum(to0, to1, corner, 24);
-    *error = (double)fabsl(rough - fine);
+    *error = (double)(fabsl(fine) * powl(fabsl(rough / fine - 1), 1.5L));
     return (double)fine;
 }
 

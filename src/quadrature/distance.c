@@ -18,9 +18,12 @@ static double segment_distance2(hpr_vec3 p, hpr_vec3 d, hpr_vec3 q, hpr_vec3 e)
     return hpr_dot(gap, gap);
 }
 
-/* Squared distance of a point to the plane of a polygon if its foot is inside, else infinity. */
+/* Squared distance of a point to the plane of a polygon if its foot is inside, else infinity; a point or a
+ * segment has no plane. */
 static double face_distance2(hpr_vec3 p, const hpr_vec3 *polygon, int count)
 {
+    if (count < 3)
+        return INFINITY;
     hpr_vec3 normal = hpr_cross(hpr_sub(polygon[1], polygon[0]), hpr_sub(polygon[count - 1], polygon[0]));
     for (int i = 0; i < count; i++) {
         hpr_vec3 edge = hpr_sub(polygon[(i + 1) % count], polygon[i]);

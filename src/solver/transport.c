@@ -1,0 +1,243 @@
+#include "solver/transport.h"
+
+#include "direct/direct.h"
+#include "link/direct_moments.h"
+#include "solver/energy.h"
+#include "solver/linear.h"
+#include "solver/operator.h"
+#include "solver/outside.h"
+
+#include <math.h>
+#include <string.h>
+
+static bool channels_agree(const hpr_solution *solution)
+{
+    const hpr_patches *patches = solution->patches;
+    size_t n = patches->channel_count;
+    for (size_t c = 1; c < n; c++) {
+        if (solution->environment[c] != solution->environment[0])
+            return false;
+    }
+    for (size_t i = 0; i < patches->count * n; i++) {
+        size_t first = i - i % n;
+        if (patches->exitance[i] != patches->exitance[first] ||
+            patches->reflectance[i] != patches->reflectance[first])
+            return false;
+    }
+    return true;
+}
+
+/* The first to_channels of each row of a table [count][from_channels]. */
+static void take_channels(double *to, size_t to_channels, const double *from, size_t from_channels,
+                          size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        memcpy(to + i * to_channels, from + i * from_channels, to_channels * sizeof *to);
+}
+
+/* Solves as many channels as differ. direct: [channels][dofs] */
+static hpr_status solve_system(hpr_solution *solution, const hpr_transport *t, double tolerance)
+{
+    hpr_context *ctx = solution->context;
+    const hpr_patches *patches = solution->patches;
+    const hpr_solve_options *options = &solution->summary.options;
+    size_t n = solution->channel_count, dofs = solution->summary.dof_count;
+    size_t solved = channels_agree(solution) ? 1 : n;
+    double *reflectance = NULL;
+    hpr_linear_problem problem = {.patches = patches,
+                                  .links = t->links,
+                                  .channel_count = solved,
+                                  .coverage = t->coverage,
+                                  .direct = t->direct,
+                                  .method = options->solver,
+                                  .tolerance = tolerance,
+                                  .max_sweeps = options->max_sweeps};
+    hpr_status status =
+        hpr_allocate_into(ctx, &reflectance, patches->count * solved, sizeof(double), "the solver");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &problem.irradiance, dofs * solved, sizeof(double), "the solver");
+    if (status == HPR_OK) {
+        take_channels(reflectance, solved, patches->reflectance, n, patches->count);
+        memcpy(problem.irradiance, t->direct, dofs * solved * sizeof *t->direct);
+        problem.reflectance = reflectance;
+        status = hpr_linear_solve(&problem);
+        for (size_t i = 0; i < n * dofs; i++)
+            solution->irradiance[i] = problem.irradiance[(solved == 1 ? 0 : i % n) * dofs + i / n];
+    }
+    solution->summary.channels_solved = solved;
+    solution->summary.solver = (int)problem.used;
+    solution->summary.sweeps = problem.sweeps;
+    solution->summary.residual = problem.residual;
+    hpr_release(ctx, reflectance);
+    hpr_release(ctx, problem.irradiance);
+    return status;
+}
+
+/* D = K M: through the blocks. */
+static hpr_status gather_direct(const hpr_solution *solution, const hpr_links *links, double *direct)
+{
+    hpr_context *ctx = solution->context;
+    const hpr_patches *patches = solution->patches;
+    const hpr_elements *e = solution->elements;
+    size_t n = solution->channel_count, dofs = solution->summary.dof_count;
+    double *emission = NULL;
+    hpr_operator *op = NULL;
+    hpr_status status = hpr_allocate_into(ctx, &emission, n * dofs, sizeof(double), "direct light");
+    if (status != HPR_OK)
+        return status;
+    for (size_t leaf = 0; leaf < e->leaf_count; leaf++) {
+        size_t node = e->leaf[leaf];
+        for (size_t c = 0; c < n; c++)
+            emission[c * dofs + e->dof[leaf]] =
+                sqrt(e->area_m2[node]) * patches->exitance[n * e->patch[node] + c];
+    }
+    status = hpr_operator_create(links, n, &op);
+    if (status == HPR_OK)
+        hpr_operator_apply(op, emission, direct);
+    hpr_operator_destroy(&op);
+    hpr_release(ctx, emission);
+    return status;
+}
+
+/* The moments of D by clipping: where D jumps the quadrature is cut, so that what the elements cannot show of
+ * D is orthogonal to what they send. */
+static hpr_status project_direct(hpr_solution *solution, const hpr_coverage *coverage, double tolerance,
+                                 double *direct)
+{
+    hpr_direct *emitters = NULL;
+    size_t short_count = 0;
+    hpr_status status = hpr_direct_create(solution->patches, solution->elements, &emitters);
+    if (status == HPR_OK)
+        status = hpr_direct_moments(emitters, coverage, solution->elements, tolerance, direct, &short_count);
+    hpr_direct_destroy(&emitters);
+    return status;
+}
+
+static void summarise_links(hpr_solution *solution, const hpr_links *links)
+{
+    hpr_solve_summary *summary = &solution->summary;
+    summary->link_count = links->count;
+    summary->block_bytes = links->block_count * sizeof(double);
+    summary->link_tolerance = links->link_tolerance;
+    summary->link_error = links->link_error;
+    summary->block_tolerance = links->tolerance;
+    summary->blocked_tolerance = links->blocked_tolerance;
+    summary->visibility_error = links->sampling_error;
+    summary->short_count = links->short_count;
+    summary->block_error = links->block_error;
+    summary->sampled_error = links->sampled_error;
+    summary->occluded = links->occluded;
+    if (links->short_count)
+        hpr_warn(solution->context, "%zu kernel blocks stopped short of their tolerance", links->short_count);
+}
+
+static hpr_status link_up(const hpr_solution *solution, const hpr_coverage *coverage,
+                          const hpr_transport_demand *asked, hpr_links **links)
+{
+    const hpr_patches *patches = solution->patches;
+    size_t n = patches->channel_count;
+    bool *sends = NULL;
+    hpr_status status = hpr_allocate_into(solution->context, &sends, patches->count, sizeof *sends, "links");
+    if (status != HPR_OK)
+        return status;
+    bool emission = solution->summary.direct == HPR_DIRECT_GALERKIN;
+    for (size_t i = 0; i < patches->count * n; i++)
+        sends[i / n] |= patches->reflectance[i] > 0 || (emission && patches->exitance[i] > 0);
+    const hpr_links_demand demand = {asked->link_tolerance, asked->block_tolerance, sends};
+    status = hpr_links_assemble(coverage, solution->elements, &demand, links);
+    hpr_release(solution->context, sends);
+    return status;
+}
+
+static hpr_status allocate(const hpr_solution *solution, hpr_transport *t)
+{
+    hpr_context *ctx = solution->context;
+    size_t dofs = solution->summary.dof_count;
+    hpr_status status =
+        hpr_allocate_into(ctx, &t->direct, solution->channel_count * dofs, sizeof(double), "direct light");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &t->outside, dofs, sizeof(double), "light from outside");
+    return status;
+}
+
+static hpr_status find_direct(hpr_solution *solution, const hpr_transport_demand *demand, hpr_transport *t)
+{
+    hpr_stage_begin(solution->context, "direct light");
+    hpr_status status = solution->summary.direct == HPR_DIRECT_EXACT
+                            ? project_direct(solution, t->coverage, demand->direct_tolerance, t->direct)
+                            : gather_direct(solution, t->links, t->direct);
+    hpr_stage_end(solution->context);
+    return status;
+}
+
+static hpr_status find_outside(hpr_solution *solution, hpr_transport *t)
+{
+    if (!hpr_outside_shines(solution))
+        return HPR_OK;
+    hpr_stage_begin(solution->context, "environment");
+    hpr_status status = hpr_outside_project(solution, t->coverage, t->outside);
+    hpr_stage_end(solution->context);
+    hpr_outside_add(solution, t->outside, t->direct);
+    return status;
+}
+
+/* The moments of D become the coefficients of what is evaluated at points. */
+static void split(hpr_solution *solution, hpr_transport *t)
+{
+    const hpr_elements *e = solution->elements;
+    size_t n = solution->channel_count, dofs = solution->summary.dof_count;
+    hpr_outside_split(solution, t->outside, t->direct);
+    for (size_t leaf = 0; leaf < e->leaf_count; leaf++) {
+        for (size_t c = 0; c < n; c++)
+            hpr_coverage_project(t->coverage, leaf, t->direct + c * dofs + e->dof[leaf]);
+    }
+}
+
+hpr_status hpr_transport_solve(hpr_solution *solution, const hpr_transport_demand *demand, hpr_transport *t)
+{
+    hpr_context *ctx = solution->context;
+    *t = (hpr_transport){0};
+    hpr_stage_begin(ctx, "assembly");
+    hpr_status status = hpr_coverage_create(solution->patches, solution->elements, &t->coverage);
+    if (status == HPR_OK)
+        status = link_up(solution, t->coverage, demand, &t->links);
+    hpr_stage_end(ctx);
+    if (status == HPR_OK) {
+        summarise_links(solution, t->links);
+        status = allocate(solution, t);
+    }
+    if (status == HPR_OK)
+        status = find_direct(solution, demand, t);
+    if (status == HPR_OK)
+        status = find_outside(solution, t);
+    if (status == HPR_OK) {
+        hpr_stage_begin(ctx, "solver");
+        status = solve_system(solution, t, demand->solver_tolerance);
+        hpr_stage_end(ctx);
+    }
+    if (status == HPR_OK)
+        split(solution, t);
+    return status;
+}
+
+hpr_status hpr_transport_finish(hpr_solution *solution, const hpr_transport *t)
+{
+    size_t n = solution->channel_count, dofs = solution->summary.dof_count;
+    hpr_stage_begin(solution->context, "energy");
+    hpr_status status = hpr_energy_compute(solution, t->coverage, t->outside);
+    hpr_stage_end(solution->context);
+    for (size_t i = 0; status == HPR_OK && i < n * dofs; i++)
+        solution->irradiance[i] -= t->direct[i % n * dofs + i / n];
+    return status;
+}
+
+void hpr_transport_fini(hpr_transport *t)
+{
+    if (!t->coverage)
+        return;
+    hpr_context *ctx = hpr_coverage_patches(t->coverage)->context;
+    hpr_release(ctx, t->direct);
+    hpr_release(ctx, t->outside);
+    hpr_links_destroy(&t->links);
+    hpr_coverage_destroy(&t->coverage);
+}

@@ -37,6 +37,13 @@ typedef enum hpr_solver_method {
     HPR_SOLVER_SHOOTING      /**< Southwell: the brightest patch first, progressive refinement */
 } hpr_solver_method;
 
+/** How elements are refined until a tolerance is met. */
+typedef enum hpr_refine_mode {
+    HPR_REFINE_HP, /**< the degree is raised where the coefficients fall fast, else elements are halved */
+    HPR_REFINE_H,  /**< halved, all of one degree */
+    HPR_REFINE_P   /**< the degree is raised */
+} hpr_refine_mode;
+
 /** "auto", "gauss-seidel", "gmres", "gathering", "shooting"; static text. */
 HPR_API const char *hpr_solver_name(hpr_solver_method method);
 
@@ -47,6 +54,8 @@ typedef struct hpr_solve_options {
     int feet;      /**< so often are elements quartered that the foot of an object cuts, 0 .. HPR_MAX_FEET, or
                         HPR_CHOOSE */
     int grade;     /**< so often are elements halved toward edges at which patches meet, 0 .. HPR_MAX_GRADE */
+    double tolerance; /**< relative error of H in L2 that elements are refined for; 0: they stay as they are */
+    hpr_refine_mode refine;
     double link_tolerance;  /**< of the operator's norm, for what links leave out; 0: chosen */
     double block_tolerance; /**< relative, per block; 0: chosen, see hpr_solve_summary */
     hpr_solver_method solver;
@@ -91,6 +100,7 @@ typedef struct hpr_solve_summary {
     /** Elements on which V was integrated in closed form, adaptively over clipped points, by rays. */
     size_t environment_closed, environment_clipped, environment_sampled;
     double environment_error; /**< estimated, of the mean of V on an element: root of its mean square */
+    double error_estimate;    /**< relative error of H in L2, the worst channel's; NaN: not estimated */
     size_t channels_solved;   /**< 1 if all channels agree, else their number */
     size_t degenerate_count, duplicate_count;
     double link_tolerance, link_error; /**< in force, and what unobstructed links leave out, measured */

@@ -187,7 +187,6 @@ int cli_take_solve_option(cli_solve_settings *settings, int id, const char *valu
 {
     hpr_solve_options *solve = &settings->solve;
     hpr_read_options *read = &settings->read;
-    double tolerance;
     switch (id) {
     case CLI_OPTION_ORDER:
         return cli_integer("--order", value, 0, HPR_MAX_ORDER, &solve->order);
@@ -221,11 +220,7 @@ int cli_take_solve_option(cli_solve_settings *settings, int id, const char *valu
     case CLI_OPTION_REPORT:
         return cli_path("--report", value, &settings->report_path);
     case CLI_OPTION_TOLERANCE:
-        if (cli_positive("--tol", value, INFINITY, false, &tolerance))
-            cli_complain("--tol '%s': this version cannot adapt to a tolerance yet; choose --order and "
-                         "--subdivide instead",
-                         value);
-        return false;
+        return cli_positive("--tol", value, 1, true, &solve->tolerance);
     default:
         return -1;
     }

@@ -1,6 +1,7 @@
 /* From a scene to a solution: patches, elements, links, the linear system, the energy balance. */
 #include "solver/outside.h"
 #include "solver/setup.h"
+#include "solver/tolerance.h"
 #include "solver/transport.h"
 
 void hpr_solve_options_init(hpr_solve_options *options)
@@ -89,7 +90,7 @@ hpr_status hpr_solve(hpr_context *context, const hpr_scene *scene, const hpr_sol
     else if (status == HPR_OK && !has_light(solution))
         hpr_warn(context, "%s: no light; the solution is zero", scene->path);
     else if (status == HPR_OK)
-        status = transport(solution, options);
+        status = options->tolerance > 0 ? hpr_tolerance_solve(solution) : transport(solution, options);
     if (status != HPR_OK)
         hpr_solution_destroy(&solution);
     *out = solution;

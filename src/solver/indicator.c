@@ -1,0 +1,102 @@
+#include "solver/indicator.h"
+
+#include "basis/basis.h"
+
+#include <math.h>
+
+enum { BANDS = HPR_MAX_ORDER + 1 };
+
+/* Squares of the bands of one leaf, of all channels with their weight, and of each channel's last two. */
+typedef struct bands {
+    int degree;
+    double square[2][BANDS];
+} bands;
+
+static int axes(hpr_shape shape)
+{
+    return shape == HPR_SHAPE_PARALLELOGRAM ? 2 : 1;
+}
+
+/* Degree of function k along an axis; of a triangle the total degree. */
+static int degree_of(hpr_shape shape, int degree, int axis, size_t k)
+{
+    size_t n = (size_t)degree + 1;
+    if (shape == HPR_SHAPE_PARALLELOGRAM)
+        return (int)(axis == 0 ? k / n : k % n);
+    int total = 0;
+    while (k > (size_t)total)
+        k -= (size_t)++total;
+    return total;
+}
+
+static void add_channel(hpr_shape shape, const double *coefficient, size_t count, size_t stride, double weight,
+                        bands *b)
+{
+    for (int axis = 0; axis < axes(shape); axis++) {
+        for (size_t k = 0; k < count; k++) {
+            double c = coefficient[k * stride];
+            b->square[axis][degree_of(shape, b->degree, axis, k)] += weight * c * c;
+        }
+    }
+}
+
+static double last_bands(const bands *b, int axis)
+{
+    return b->square[axis][b->degree] + b->square[axis][b->degree - 1];
+}
+
+/* The factor from band to band. Band 0 tells nothing of it: it is the mean. */
+static double fall(const double *square, int degree)
+{
+    static const double slowest = 0.85, fastest = 0.02;
+    int pair = degree >= 4 ? 2 : 1, apart = degree >= 4 ? 2 : 1;
+    double last = 0, before = 0;
+    for (int k = 0; k < pair; k++) {
+        last += square[degree - k];
+        before += square[degree - apart - k];
+    }
+    if (!(before > 0))
+        return last > 0 ? slowest : fastest;
+    return fmin(fmax(pow(last / before, 0.5 / apart), fastest), slowest);
+}
+
+/* What follows the last two bands, relative to their sum: sum_{m>p} q^2m / (q^2p + q^2(p-1)). */
+static double tail(double q)
+{
+    double q4 = q * q * q * q;
+    return q4 / (1 - q4);
+}
+
+void hpr_indicate(hpr_solution *solution, const hpr_coverage *coverage, const double *indirect,
+                  const double *weight, hpr_indicator *indicator, double *channel_error2)
+{
+    const hpr_elements *e = solution->elements;
+    size_t n = solution->channel_count;
+    for (size_t c = 0; c < n; c++)
+        channel_error2[c] = 0;
+    for (size_t leaf = 0; leaf < e->leaf_count; leaf++) {
+        uint32_t node = e->leaf[leaf];
+        hpr_shape shape = (hpr_shape)solution->patches->shape[e->patch[node]];
+        const double *first = indirect + n * e->dof[leaf];
+        size_t count = e->dof[leaf + 1] - e->dof[leaf];
+        double open = hpr_coverage_open_share(coverage, leaf), most = 0;
+        bands all = {.degree = e->degree[node]};
+        for (size_t c = 0; c < n; c++)
+            add_channel(shape, first + c, count, n, weight[c], &all);
+        for (int axis = 0; axis < 2; axis++) {
+            double q = indicator[leaf].ratio[axis] = axis < axes(shape) ? fall(all.square[axis], all.degree) : 0;
+            indicator[leaf].error2[axis] =
+                axis < axes(shape) ? open * tail(q) * last_bands(&all, axis) : 0;
+        }
+        for (size_t c = 0; c < n; c++) {
+            bands one = {.degree = all.degree};
+            add_channel(shape, first + c, count, n, 1, &one);
+            double error2 = 0;
+            for (int axis = 0; axis < axes(shape); axis++)
+                error2 += open * tail(indicator[leaf].ratio[axis]) * last_bands(&one, axis);
+            channel_error2[c] += error2;
+            most = fmax(most, error2);
+        }
+        solution->error[leaf] = sqrt(most);
+    }
+}

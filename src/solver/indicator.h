@@ -1,0 +1,27 @@
+/*
+ * What an element leaves out of the irradiance, told from how its coefficients fall. Along an axis the band
+ * b_m is the root of the sum of squares of the coefficients of degree m along it. Where H is analytic they
+ * fall like q^m, where it is not, like a power of m; either way the next ones are b_p q^k, q taken from the
+ * last two pairs of bands, so that a function that is even or odd does not deceive.
+ * Source: Mavriplis 1994; Houston & Sueli 2005.
+ */
+#ifndef HPR_SOLVER_INDICATOR_H
+#define HPR_SOLVER_INDICATOR_H
+
+#include "link/coverage.h"
+#include "solver/solution.h"
+
+typedef struct hpr_indicator {
+    double error2[2]; /* square of what is left out along each axis of a parallelogram; of a triangle [0] */
+    double ratio[2];  /* q, 0 .. 1, of each */
+} hpr_indicator;
+
+/*
+ * indirect: [dofs][channels] coefficients of what the basis carries; weight [channels]: error2 is the sum over
+ * channels of weight times W2. indicator [leaf_count]; channel_error2 [channels]: sums over the leaves of the
+ * squares, without weight, W2; solution->error: root of a leaf's, the largest channel's. Sums in fixed order.
+ */
+void hpr_indicate(hpr_solution *solution, const hpr_coverage *coverage, const double *indirect,
+                  const double *weight, hpr_indicator *indicator, double *channel_error2);
+
+#endif

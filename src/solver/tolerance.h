@@ -1,0 +1,14 @@
+/* Solves again and again on elements that are refined where they leave out most, until a tolerance is met. */
+#ifndef HPR_SOLVER_TOLERANCE_H
+#define HPR_SOLVER_TOLERANCE_H
+
+#include "solver/solution.h"
+
+/*
+ * Stages in order, on the elements of the solution and then on ever finer ones, until the estimated error
+ * (summary.error_estimate) is below options.tolerance, a limit is reached or nothing can be refined; the last
+ * solution stands, with its energy terms. Errors: those of hpr_transport_solve.
+ */
+hpr_status hpr_tolerance_solve(hpr_solution *solution);
+
+#endif

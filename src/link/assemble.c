@@ -51,8 +51,7 @@ static void place_blocks(assembly *a)
     for (size_t l = 0; l < links->count; l++) {
         hpr_link *link = &links->link[l];
         link->offset = links->block_count;
-        links->block_count += hpr_tree_count(links->tree, link->recv, link->recv_degree) *
-                              hpr_tree_count(links->tree, link->send, link->send_degree);
+        links->block_count += hpr_link_size(links, link);
         links->row[link->recv + 1]++;
         links->row[link->send + 1]++;
     }
@@ -205,14 +204,6 @@ static void choose_tolerances(assembly *a, double tolerance)
     links->blocked_tolerance = links->occluded ? a->blocked.tolerance : 0;
 }
 
-/* The open parts of a node that is a leaf; inner nodes that have links are open. */
-static const hpr_polygon *open_parts(const assembly *a, uint32_t node, int *count)
-{
-    uint32_t leaf = a->elements->leaf_of_node[node];
-    *count = 0;
-    return leaf == HPR_NONE ? NULL : hpr_coverage_parts(a->coverage, leaf, count);
-}
-
 /* What may come between the nodes of a link; false if one thing hides all. */
 static bool find_blockers(const assembly *a, worker *w, const hpr_link *link, hpr_block_task *task)
 {
@@ -269,11 +260,8 @@ static void integrate_far(const assembly *a, worker *w, const hpr_block_task *ta
 static void integrate_near(const assembly *a, worker *w, hpr_block_task *task, size_t l)
 {
     const hpr_link *link = &a->links->link[l];
-    double recv_m2 = task->recv.area_m2, send_m2 = task->send.area_m2;
-    if (task->recv_part)
-        recv_m2 *= hpr_coverage_open_share(a->coverage, a->elements->leaf_of_node[link->recv]);
-    if (task->send_part)
-        send_m2 *= hpr_coverage_open_share(a->coverage, a->elements->leaf_of_node[link->send]);
+    double recv_m2 = task->recv.area_m2 * hpr_tree_open_share(a->links->tree, a->coverage, link->recv),
+           send_m2 = task->send.area_m2 * hpr_tree_open_share(a->links->tree, a->coverage, link->send);
     hpr_blocked_decide(&a->blocked, recv_m2, send_m2, task);
     hpr_block_result result = hpr_block_ref(a->quadrature, task, a->links->block + link->offset, w->scratch);
     hpr_counter kind = !result.seen          ? HPR_COUNT_PAIRS_HIDDEN
@@ -302,8 +290,8 @@ static void integrate_link(const assembly *a, worker *w, size_t l)
                            .contact_m = a->patches->weld_m,
                            .visibility = a->visibility,
                            .seed = (uint64_t)link->recv << 32 | link->send};
-    task.recv_part = open_parts(a, link->recv, &task.recv_part_count);
-    task.send_part = open_parts(a, link->send, &task.send_part_count);
+    task.recv_part = hpr_tree_parts(a->links->tree, a->coverage, link->recv, &task.recv_part_count);
+    task.send_part = hpr_tree_parts(a->links->tree, a->coverage, link->send, &task.send_part_count);
     if (link->partly && !find_blockers(a, w, link, &task)) {
         w->counts[HPR_COUNT_PAIRS_HIDDEN]++; /* its block stays zero */
         return;

@@ -17,6 +17,12 @@ void hpr_links_destroy(hpr_links **out)
     *out = NULL;
 }
 
+size_t hpr_link_size(const hpr_links *links, const hpr_link *link)
+{
+    return hpr_tree_count(links->tree, link->recv, link->recv_degree) *
+           hpr_tree_count(links->tree, link->send, link->send_degree);
+}
+
 /* a . b in eight interleaved sums, so that the compiler may use vectors without changing the order. */
 static double dot(const double *a, const double *b, size_t count)
 {

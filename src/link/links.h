@@ -56,6 +56,9 @@ hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *
                               const hpr_links_demand *demand, hpr_links **links);
 void hpr_links_destroy(hpr_links **links);
 
+/* Entries of a link's block. */
+size_t hpr_link_size(const hpr_links *links, const hpr_link *link);
+
 /*
  * Irradiance that a node receives through its own links: H = sum_j K_ij B_j.
  * radiosity, irradiance: [channels][tree's dofs]; only the node's coefficients are written. Each value is

@@ -52,8 +52,7 @@ hpr_facet hpr_node_facet(const hpr_coverage *coverage, const hpr_tree *tree, siz
     hpr_element_frame frame = hpr_tree_frame(tree, node, 0);
     hpr_facet facet;
     int part_count = 0;
-    uint32_t leaf = tree->elements->leaf_of_node[node];
-    const hpr_polygon *part = leaf == HPR_NONE ? NULL : hpr_coverage_parts(coverage, leaf, &part_count);
+    const hpr_polygon *part = hpr_tree_parts(tree, coverage, node, &part_count);
     hpr_vec3_store(facet.normal, frame.normal);
     if (part && part_count == 1 && part->count <= 4) {
         facet.corner_count = (size_t)part->count;

@@ -24,6 +24,19 @@ hpr_element_frame hpr_tree_frame(const hpr_tree *tree, size_t node, int degree)
     return frame;
 }
 
+const hpr_polygon *hpr_tree_parts(const hpr_tree *tree, const hpr_coverage *coverage, size_t node, int *count)
+{
+    uint32_t leaf = tree->elements->leaf_of_node[node];
+    *count = 0;
+    return leaf == HPR_NONE ? NULL : hpr_coverage_parts(coverage, leaf, count);
+}
+
+double hpr_tree_open_share(const hpr_tree *tree, const hpr_coverage *coverage, size_t node)
+{
+    uint32_t leaf = tree->elements->leaf_of_node[node];
+    return leaf == HPR_NONE ? 1 : hpr_coverage_open_share(coverage, leaf);
+}
+
 /* The functions of a triangle are in the order of their degree, those of a parallelogram in rows. */
 static bool same_order(const hpr_tree *tree, size_t node, int degree)
 {

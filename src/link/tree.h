@@ -44,6 +44,12 @@ size_t hpr_tree_count(const hpr_tree *tree, size_t node, int degree);
 /* The frame of a node, with some degree. */
 hpr_element_frame hpr_tree_frame(const hpr_tree *tree, size_t node, int degree);
 
+/* The open parts of a node that is a leaf, and their share of its area, as hpr_coverage_parts and
+ * hpr_coverage_open_share have it; inner nodes that have links are open. */
+const hpr_polygon *hpr_tree_parts(const hpr_tree *tree, const hpr_coverage *coverage, size_t node,
+                                  int *count);
+double hpr_tree_open_share(const hpr_tree *tree, const hpr_coverage *coverage, size_t node);
+
 /*
  * The coefficients of a node up to some degree, in the order of that degree's basis: a pointer into
  * node [dof_count], or `room` [HPR_MAX_BASIS] filled if the order differs.

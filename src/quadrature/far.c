@@ -13,7 +13,6 @@ typedef struct node_set {
 
 struct hpr_far {
     hpr_context *context;
-    int max_degree;
     node_set set[2][HPR_MAX_DEGREE + 1]; /* [shape][degree] */
     double *memory;
 };
@@ -64,7 +63,6 @@ hpr_status hpr_far_create(hpr_context *ctx, int max_degree, hpr_far **out)
     hpr_status status = hpr_allocate_into(ctx, &tables, 1, sizeof *tables, "quadrature tables");
     if (status == HPR_OK) {
         tables->context = ctx;
-        tables->max_degree = max_degree;
         status = hpr_allocate_into(ctx, &tables->memory, size, sizeof(double), "quadrature tables");
     }
     if (status == HPR_OK)

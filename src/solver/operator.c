@@ -1,7 +1,5 @@
 #include "solver/operator.h"
 
-#include <omp.h>
-
 /*
  * Multiplications from which a patch is shared between threads. They take about 3 ms, as long as libgomp lets
  * a thread spin while it waits for another that a busy machine does not run: shorter shares would burn many
@@ -15,8 +13,7 @@ static void count_work(hpr_operator *op)
     const uint32_t *patch = links->tree->elements->patch;
     for (size_t l = 0; l < links->count; l++) {
         const hpr_link *link = &links->link[l];
-        size_t size = hpr_tree_count(links->tree, link->recv, link->recv_degree) *
-                      hpr_tree_count(links->tree, link->send, link->send_degree);
+        size_t size = hpr_link_size(links, link);
         op->work[patch[link->recv]] += size;
         op->work[patch[link->send]] += size;
     }
@@ -68,16 +65,23 @@ void hpr_operator_send(hpr_operator *op, size_t patch, const double *radiosity)
         hpr_tree_pull(op->links->tree, patch, radiosity + c * op->leaf_dofs, op->sent + c * op->node_dofs);
 }
 
+/* What all nodes of a patch received, on its leaves. */
+static void push(hpr_operator *op, size_t patch, double *irradiance)
+{
+    for (size_t c = 0; c < op->channel_count; c++)
+        hpr_tree_push(op->links->tree, patch, op->received + c * op->node_dofs,
+                      irradiance + c * op->leaf_dofs);
+}
+
 void hpr_operator_receive(hpr_operator *op, size_t patch, double *irradiance)
 {
     const hpr_tree *tree = op->links->tree;
     size_t first = tree->first[patch], end = tree->first[patch + 1];
-    bool shared = !omp_in_parallel() && op->channel_count * op->work[patch] >= SHARED_WORK;
+    bool shared = op->channel_count * op->work[patch] >= SHARED_WORK;
 #pragma omp parallel for schedule(dynamic, 64) num_threads(hpr_context_threads(tree->context)) if (shared)
     for (size_t i = first; i < end; i++)
         hpr_links_gather(op->links, tree->node[i], op->channel_count, op->sent, op->received);
-    for (size_t c = 0; c < op->channel_count; c++)
-        hpr_tree_push(tree, patch, op->received + c * op->node_dofs, irradiance + c * op->leaf_dofs);
+    push(op, patch, irradiance);
 }
 
 void hpr_operator_apply(hpr_operator *op, const double *radiosity, double *irradiance)
@@ -93,9 +97,7 @@ void hpr_operator_apply(hpr_operator *op, const double *radiosity, double *irrad
         for (size_t node = 0; node < tree->elements->node_count; node++)
             hpr_links_gather(op->links, node, op->channel_count, op->sent, op->received);
 #pragma omp for schedule(dynamic, 1)
-        for (size_t patch = 0; patch < patches; patch++) {
-            for (size_t c = 0; c < op->channel_count; c++)
-                hpr_tree_push(tree, patch, op->received + c * op->node_dofs, irradiance + c * op->leaf_dofs);
-        }
+        for (size_t patch = 0; patch < patches; patch++)
+            push(op, patch, irradiance);
     }
 }

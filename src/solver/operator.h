@@ -22,8 +22,7 @@ void hpr_operator_send(hpr_operator *op, size_t patch, const double *radiosity);
 
 /*
  * irradiance [channels][leaf_dofs]: of the patch's leaves, sum_j K_ij B_j over what was sent; other leaves'
- * are left alone. Large patches are shared between threads, unless one calls it from several threads, for
- * distinct patches. The bits depend on neither.
+ * are left alone. Large patches are shared between threads; the bits do not depend on it.
  */
 void hpr_operator_receive(hpr_operator *op, size_t patch, double *irradiance);
 

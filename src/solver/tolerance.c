@@ -1,6 +1,7 @@
 #include "solver/tolerance.h"
 
 #include "solver/adapt.h"
+#include "solver/residual.h"
 #include "solver/setup.h"
 #include "solver/transport.h"
 
@@ -92,6 +93,14 @@ hpr_status hpr_tolerance_solve(hpr_solution *solution)
             status = allocate(solution, &s);
         if (status == HPR_OK) {
             error = safety * estimate(solution, &s, &all);
+            hpr_residual residual = {0};
+            hpr_stage_begin(solution->context, "error estimate");
+            status = hpr_residual_measure(solution, &s.light, s.indirect, s.norm2, fmax(tolerance / 100, 1e-12), 256,
+                                          s.indicator, &residual);
+            hpr_stage_end(solution->context);
+            if (getenv("HPR_TRACE"))
+                fprintf(stderr, "  measured %.3e +- %.3e\n", sqrt(residual.error2),
+                        0.5 * residual.standard_error2 / sqrt(residual.error2));
             if (getenv("HPR_TRACE"))
                 fprintf(stderr, "step %d: elements %zu dofs %zu links %zu error %.3e\n", count,
                         solution->elements->leaf_count, solution->summary.dof_count, solution->summary.link_count,

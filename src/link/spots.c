@@ -1,0 +1,209 @@
+#include "link/spots.h"
+
+#include "link/refine.h"
+#include "quadrature/block.h"
+#include "visibility/views.h"
+
+#include <math.h>
+#include <omp.h>
+#include <string.h>
+
+typedef struct worker {
+    hpr_block_scratch *scratch;
+    hpr_views_cursor *cursor;
+    uint32_t *candidate, *blocker; /* [occluder_count] */
+    uint64_t counts[HPR_COUNTER_COUNT];
+} worker;
+
+typedef struct gathering {
+    const hpr_links *links;
+    const hpr_coverage *coverage;
+    const hpr_elements *elements;
+    uint32_t *parent; /* [node_count] HPR_NONE: root */
+    hpr_visibility *visibility;
+    hpr_views *views;
+    hpr_quadrature *quadrature;
+    worker *workers; /* [threads] */
+    size_t channel_count;
+    const double *sent;
+    double tolerance;
+} gathering;
+
+static hpr_element_frame cell_frame(const gathering *g, const hpr_spot *spot)
+{
+    static const double width = 1e-5; /* the mean over it is the value at its middle, to about 1e-11 */
+    const hpr_tree *tree = g->links->tree;
+    hpr_element_frame f = hpr_tree_frame(tree, g->elements->leaf[spot->leaf], 0);
+    bool triangle = f.shape == HPR_SHAPE_TRIANGLE;
+    double a = width * fmin(spot->s, 1 - spot->s), b = width * fmin(spot->t, 1 - spot->t),
+           whole = triangle ? 2 * f.area_m2 : f.area_m2;
+    if (triangle) /* a parallelogram that lies in it */
+        a = b = width * fmin(fmin(spot->s, spot->t), (1 - spot->s - spot->t) / 2);
+    hpr_vec3 corner = hpr_frame_point(&f, spot->s - a / 2, spot->t - b / 2);
+    f.shape = HPR_SHAPE_PARALLELOGRAM;
+    f.origin = corner;
+    f.edge1 = hpr_scale(f.edge1, a);
+    f.edge2 = hpr_scale(f.edge2, b);
+    f.area_m2 = whole * a * b;
+    return f;
+}
+static hpr_facet frame_facet(const hpr_element_frame *frame)
+{
+    hpr_facet facet;
+    hpr_cell whole = hpr_cell_whole(frame->shape);
+    hpr_vec3 corner[4];
+    facet.corner_count = (size_t)hpr_cell_corners(frame, &whole, corner);
+    for (size_t i = 0; i < facet.corner_count; i++)
+        hpr_vec3_store(facet.corner[i], corner[i]);
+    hpr_vec3_store(facet.normal, frame->normal);
+    return facet;
+}
+
+/* What may come between the cell and a node; false if they do not see each other. */
+static bool find_blockers(const gathering *g, worker *w, uint32_t recv_patch, uint32_t send,
+                          hpr_block_task *task)
+{
+    size_t count = 0;
+    hpr_verdict patches = hpr_views_classify(g->views, w->cursor, recv_patch, g->elements->patch[send],
+                                             w->candidate, &count);
+    if (patches != HPR_SEES_PARTLY)
+        return patches == HPR_SEES_WHOLLY;
+    hpr_facet cell = frame_facet(&task->recv), node = hpr_node_facet(g->coverage, g->links->tree, send);
+    task->blockers = w->blocker;
+    return hpr_visibility_classify(g->visibility, &cell, &node, w->candidate, count, w->blocker,
+                                   &task->blocker_count) != HPR_SEES_NOTHING;
+}
+
+static void add_node(const gathering *g, worker *w, const hpr_element_frame *cell, uint32_t recv, uint32_t send,
+                     int degree, double *irradiance)
+{
+    const hpr_tree *tree = g->links->tree;
+    hpr_block_task task = {.recv = *cell,
+                           .send = hpr_tree_frame(tree, send, degree),
+                           .tolerance = g->tolerance,
+                           .negligible = g->tolerance * sqrt(cell->area_m2 / g->links->area_m2),
+                           .contact_m = hpr_coverage_patches(g->coverage)->weld_m,
+                           .visibility = g->visibility,
+                           .clip = true,
+                           .seed = (uint64_t)recv << 32 | send};
+    if (!find_blockers(g, w, g->elements->patch[recv], send, &task))
+        return;
+    task.clip = task.blocker_count <= HPR_CLIP_BLOCKERS;
+    task.send_part = hpr_tree_parts(tree, g->coverage, send, &task.send_part_count);
+    double block[HPR_MAX_BASIS], room[HPR_MAX_BASIS];
+    hpr_block_result result = hpr_block_ref(g->quadrature, &task, block, w->scratch);
+    for (size_t c = 0; c < g->channel_count; c++) {
+        const double *sent = hpr_tree_take(tree, send, degree, g->sent + c * tree->dof_count, room);
+        double sum = 0;
+        for (size_t k = 0; k < hpr_tree_count(tree, send, degree); k++)
+            sum += block[k] * sent[k];
+        irradiance[c] += sum / sqrt(cell->area_m2);
+    }
+    w->counts[HPR_COUNT_KERNEL] += result.kernel_count;
+    w->counts[HPR_COUNT_RAYS] += result.ray_count;
+    w->counts[HPR_COUNT_CLIPS] += result.clip_count;
+}
+
+static void gather_spot(const gathering *g, worker *w, const hpr_spot *spot, double *irradiance)
+{
+    const hpr_links *links = g->links;
+    memset(irradiance, 0, g->channel_count * sizeof *irradiance);
+    if (!hpr_coverage_open(g->coverage, spot->leaf, spot->s, spot->t))
+        return;
+    hpr_element_frame cell = cell_frame(g, spot);
+    for (uint32_t node = g->elements->leaf[spot->leaf]; node != HPR_NONE; node = g->parent[node]) {
+        for (size_t i = links->row[node]; i < links->row[node + 1]; i++) {
+            const hpr_link *link = &links->link[links->row_link[i]];
+            if (link->recv == node)
+                add_node(g, w, &cell, node, link->send, link->send_degree, irradiance);
+            else
+                add_node(g, w, &cell, node, link->recv, link->recv_degree, irradiance);
+        }
+    }
+}
+
+static hpr_status make_workers(gathering *g)
+{
+    hpr_context *ctx = g->links->context;
+    int threads = hpr_context_threads(ctx);
+    size_t occluders = hpr_visibility_occluder_count(g->visibility);
+    hpr_status status = hpr_allocate_into(ctx, &g->workers, (size_t)threads, sizeof *g->workers, "spots");
+    for (int t = 0; status == HPR_OK && t < threads; t++) {
+        worker *w = &g->workers[t];
+        status = hpr_views_cursor_create(g->views, &w->cursor);
+        if (status == HPR_OK)
+            status = hpr_block_scratch_create(ctx, &w->scratch);
+        if (status == HPR_OK)
+            status = hpr_allocate_into(ctx, &w->candidate, occluders, sizeof(uint32_t), "spots");
+        if (status == HPR_OK)
+            status = hpr_allocate_into(ctx, &w->blocker, occluders, sizeof(uint32_t), "spots");
+    }
+    return status;
+}
+
+static hpr_status prepare(gathering *g)
+{
+    hpr_context *ctx = g->links->context;
+    const hpr_elements *e = g->elements;
+    hpr_status status = hpr_allocate_into(ctx, &g->parent, e->node_count, sizeof *g->parent, "spots");
+    if (status != HPR_OK)
+        return status;
+    for (size_t i = 0; i < e->node_count; i++)
+        g->parent[i] = HPR_NONE;
+    for (size_t i = 0; i < e->node_count; i++) {
+        if (e->child[i] != HPR_NONE)
+            g->parent[e->child[i]] = g->parent[e->child[i] + 1] = (uint32_t)i;
+    }
+    status = hpr_visibility_create(hpr_coverage_patches(g->coverage), &g->visibility);
+    if (status == HPR_OK)
+        status = hpr_views_create(g->visibility, NULL, &g->views);
+    if (status == HPR_OK)
+        status = hpr_quadrature_create(ctx, &g->quadrature);
+    if (status == HPR_OK)
+        status = make_workers(g);
+    return status;
+}
+
+static void shut_down(gathering *g)
+{
+    hpr_context *ctx = g->links->context;
+    for (int t = 0; g->workers && t < hpr_context_threads(ctx); t++) {
+        worker *w = &g->workers[t];
+        for (int c = 0; c < HPR_COUNTER_COUNT; c++)
+            hpr_count(ctx, (hpr_counter)c, w->counts[c]);
+        hpr_views_cursor_destroy(&w->cursor);
+        hpr_block_scratch_destroy(&w->scratch);
+        hpr_release(ctx, w->candidate);
+        hpr_release(ctx, w->blocker);
+    }
+    hpr_release(ctx, g->workers);
+    hpr_release(ctx, g->parent);
+    hpr_quadrature_destroy(&g->quadrature);
+    hpr_views_destroy(&g->views);
+    hpr_visibility_destroy(&g->visibility);
+}
+
+hpr_status hpr_spots_gather(const hpr_links *links, const hpr_coverage *coverage, size_t channel_count,
+                            const double *sent, double tolerance, size_t count, const hpr_spot *spot,
+                            double *irradiance)
+{
+    hpr_context *ctx = links->context;
+    gathering g = {.links = links,
+                   .coverage = coverage,
+                   .elements = links->tree->elements,
+                   .channel_count = channel_count,
+                   .sent = sent,
+                   .tolerance = tolerance};
+    hpr_status status = prepare(&g);
+    if (status == HPR_OK) {
+#pragma omp parallel for schedule(dynamic, 1) num_threads(hpr_context_threads(ctx))
+        for (size_t i = 0; i < count; i++) {
+            if (!hpr_cancelled(ctx))
+                gather_spot(&g, &g.workers[omp_get_thread_num()], &spot[i], irradiance + i * channel_count);
+        }
+        if (hpr_cancelled(ctx))
+            status = hpr_fail(ctx, HPR_ERR_INTERRUPTED, "interrupted while the error was measured");
+    }
+    shut_down(&g);
+    return status;
+}

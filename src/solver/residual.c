@@ -1,0 +1,184 @@
+#include "solver/residual.h"
+
+#include "basis/basis.h"
+#include "link/spots.h"
+#include "math/hash.h"
+#include "solver/operator.h"
+
+#include <math.h>
+
+typedef struct measuring {
+    const hpr_solution *solution;
+    const hpr_transport *transport;
+    const double *indirect, *norm2;
+    hpr_indicator *indicator;
+    size_t count;
+    hpr_spot *spot;     /* [count] */
+    double *weight;     /* [count] 1 / density, square metres */
+    double *irradiance; /* [count][channels] H~ - D */
+} measuring;
+
+static double part_of(const hpr_elements *e, double area, double error2, const hpr_indicator *indicator,
+                      size_t leaf)
+{
+    static const double by_area = 0.3; /* of the points, for what the indicator overlooks */
+    double here = indicator[leaf].error2[0] + indicator[leaf].error2[1];
+    double even = e->area_m2[e->leaf[leaf]] / area;
+    return error2 > 0 ? by_area * even + (1 - by_area) * here / error2 : even;
+}
+
+/* The k-th of the points of a leaf: a lattice with a shift of its own. Source: Roberts 2018 (R2). */
+static hpr_spot place(const hpr_solution *solution, size_t leaf, size_t k)
+{
+    static const double step[2] = {0.75487766624669276, 0.56984029099805327};
+    const hpr_elements *e = solution->elements;
+    double at[2];
+    for (size_t i = 0; i < 2; i++) {
+        at[i] = hpr_hash_unit(2 * leaf + i + 1) + (double)(k + 1) * step[i];
+        at[i] -= floor(at[i]);
+    }
+    bool triangle = solution->patches->shape[e->patch[e->leaf[leaf]]] == HPR_SHAPE_TRIANGLE;
+    bool fold = triangle && at[0] + at[1] > 1;
+    return (hpr_spot){leaf, fold ? 1 - at[0] : at[0], fold ? 1 - at[1] : at[1]};
+}
+
+/* Systematic sampling of the leaves by their parts. */
+static void choose_spots(measuring *m)
+{
+    const hpr_elements *e = m->solution->elements;
+    double area = 0, error2 = 0, passed = 0;
+    for (size_t leaf = 0; leaf < e->leaf_count; leaf++) {
+        area += e->area_m2[e->leaf[leaf]];
+        error2 += m->indicator[leaf].error2[0] + m->indicator[leaf].error2[1];
+    }
+    size_t next = 0;
+    for (size_t leaf = 0; leaf < e->leaf_count; leaf++) {
+        double part = part_of(e, area, error2, m->indicator, leaf);
+        passed += part;
+        bool last = leaf + 1 == e->leaf_count;
+        for (size_t k = 0; next < m->count && (last || ((double)next + 0.5) / (double)m->count < passed); k++) {
+            m->spot[next] = place(m->solution, leaf, k);
+            m->weight[next++] = e->area_m2[e->leaf[leaf]] / part;
+        }
+    }
+}
+
+/* What the nodes send: M through the basis, or only what is reflected. */
+static hpr_status gather(measuring *m, double tolerance)
+{
+    const hpr_solution *solution = m->solution;
+    const hpr_patches *patches = solution->patches;
+    const hpr_elements *e = solution->elements;
+    hpr_context *ctx = solution->context;
+    size_t n = solution->channel_count, dofs = solution->summary.dof_count;
+    double *radiosity = NULL;
+    hpr_operator *op = NULL;
+    hpr_status status = hpr_allocate_into(ctx, &radiosity, n * dofs, sizeof(double), "the error estimate");
+    for (size_t leaf = 0; status == HPR_OK && leaf < e->leaf_count; leaf++) {
+        uint32_t node = e->leaf[leaf];
+        for (size_t k = n * e->dof[leaf]; k < n * e->dof[leaf + 1]; k++)
+            radiosity[k % n * dofs + k / n] =
+                patches->reflectance[n * e->patch[node] + k % n] * solution->irradiance[k];
+        for (size_t c = 0; solution->summary.direct == HPR_DIRECT_GALERKIN && c < n; c++)
+            radiosity[c * dofs + e->dof[leaf]] +=
+                sqrt(e->area_m2[node]) * patches->exitance[n * e->patch[node] + c];
+    }
+    if (status == HPR_OK)
+        status = hpr_operator_create(m->transport->links, n, &op);
+    for (size_t patch = 0; status == HPR_OK && patch < patches->count; patch++)
+        hpr_operator_send(op, patch, radiosity);
+    if (status == HPR_OK)
+        status = hpr_spots_gather(m->transport->links, m->transport->coverage, n, op->sent, tolerance, m->count,
+                                  m->spot, m->irradiance);
+    hpr_operator_destroy(&op);
+    hpr_release(ctx, radiosity);
+    return status;
+}
+
+/* H~ - H at a spot, squared, times the inverse density, of one channel. */
+static double square_at(const measuring *m, size_t i, size_t channel)
+{
+    const hpr_solution *solution = m->solution;
+    const hpr_elements *e = solution->elements;
+    size_t leaf = m->spot[i].leaf, n = solution->channel_count;
+    if (!hpr_coverage_open(m->transport->coverage, leaf, m->spot[i].s, m->spot[i].t))
+        return 0;
+    uint32_t node = e->leaf[leaf];
+    hpr_shape shape = (hpr_shape)solution->patches->shape[e->patch[node]];
+    double basis[HPR_MAX_BASIS], h = 0;
+    hpr_basis_eval(shape, e->degree[node], m->spot[i].s, m->spot[i].t, basis);
+    for (size_t k = e->dof[leaf]; k < e->dof[leaf + 1]; k++)
+        h += basis[k - e->dof[leaf]] * m->indirect[n * k + channel];
+    double difference = m->irradiance[n * i + channel] - h * hpr_basis_scale(shape, e->area_m2[node]);
+    return m->weight[i] * difference * difference;
+}
+
+static hpr_residual sum_up(const measuring *m)
+{
+    hpr_residual worst = {0};
+    for (size_t c = 0; c < m->solution->channel_count; c++) {
+        double sum = 0, squares = 0, count = (double)m->count;
+        if (!(m->norm2[c] > 0))
+            continue;
+        for (size_t i = 0; i < m->count; i++) {
+            double square = square_at(m, i, c) / m->norm2[c];
+            sum += square;
+            squares += square * square;
+        }
+        double mean = sum / count;
+        if (mean >= worst.error2)
+            worst = (hpr_residual){mean, sqrt(fmax(squares / count - mean * mean, 0) / count)};
+    }
+    return worst;
+}
+
+/* The mean of the squares at a leaf's points is an estimate of what it leaves out. */
+static void correct_indicator(const measuring *m)
+{
+    const hpr_elements *e = m->solution->elements;
+    size_t n = m->solution->channel_count;
+    for (size_t first = 0, end; first < m->count; first = end) {
+        size_t leaf = m->spot[first].leaf;
+        double sum = 0;
+        for (end = first; end < m->count && m->spot[end].leaf == leaf; end++) {
+            for (size_t c = 0; c < n; c++)
+                sum += m->norm2[c] > 0 ? square_at(m, end, c) / m->norm2[c] : 0;
+        }
+        double area = e->area_m2[e->leaf[leaf]], error2 = sum * area / (m->weight[first] * (double)(end - first));
+        hpr_indicator *it = &m->indicator[leaf];
+        double told = it->error2[0] + it->error2[1], factor = told > 0 ? error2 / told : 1;
+        for (int axis = 0; axis < 2; axis++)
+            it->error2[axis] *= fmax(factor, 1);
+    }
+}
+
+hpr_status hpr_residual_measure(const hpr_solution *solution, const hpr_transport *transport,
+                                const double *indirect, const double *norm2, double tolerance, size_t count,
+                                hpr_indicator *indicator, hpr_residual *residual)
+{
+    hpr_context *ctx = solution->context;
+    measuring m = {.solution = solution,
+                   .transport = transport,
+                   .indirect = indirect,
+                   .norm2 = norm2,
+                   .indicator = indicator,
+                   .count = count};
+    hpr_status status = hpr_allocate_into(ctx, &m.spot, count, sizeof *m.spot, "the error estimate");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &m.weight, count, sizeof(double), "the error estimate");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &m.irradiance, count * solution->channel_count, sizeof(double),
+                                   "the error estimate");
+    if (status == HPR_OK) {
+        choose_spots(&m);
+        status = gather(&m, tolerance);
+    }
+    if (status == HPR_OK) {
+        *residual = sum_up(&m);
+        correct_indicator(&m);
+    }
+    hpr_release(ctx, m.spot);
+    hpr_release(ctx, m.weight);
+    hpr_release(ctx, m.irradiance);
+    return status;
+}

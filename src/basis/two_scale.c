@@ -54,9 +54,9 @@ static void add_triangle_node(hpr_two_scale *tables, int which, double s, double
     }
 }
 
-static void fill_triangle(hpr_two_scale *tables, const hpr_gauss_table *gauss, int nodes)
+static void fill_triangle(hpr_two_scale *tables, int nodes)
 {
-    const hpr_gauss_rule *first = &gauss->legendre[nodes], *second = &gauss->jacobi[nodes];
+    const hpr_gauss_rule *first = &hpr_gauss.legendre[nodes], *second = &hpr_gauss.jacobi[nodes];
     for (int which = 0; which < 2; which++) {
         for (int j = 0; j < nodes; j++) {
             for (int i = 0; i < nodes; i++) {
@@ -70,7 +70,6 @@ static void fill_triangle(hpr_two_scale *tables, const hpr_gauss_table *gauss, i
 hpr_status hpr_two_scale_create(hpr_context *ctx, int max_degree, hpr_two_scale **out)
 {
     hpr_two_scale *tables = NULL;
-    hpr_gauss_table *gauss = NULL;
     hpr_status status = hpr_allocate_into(ctx, &tables, 1, sizeof *tables, "two-scale relations");
     if (status == HPR_OK) {
         tables->context = ctx;
@@ -80,16 +79,12 @@ hpr_status hpr_two_scale_create(hpr_context *ctx, int max_degree, hpr_two_scale 
             hpr_allocate_into(ctx, &tables->triangle, 2 * tables->triangle_count * tables->triangle_count,
                               sizeof(double), "two-scale relations");
     }
-    if (status == HPR_OK)
-        status = hpr_allocate_into(ctx, &gauss, 1, sizeof *gauss, "two-scale relations");
     if (status == HPR_OK) {
-        hpr_gauss_table_init(gauss);
-        fill_line(tables, &gauss->legendre[max_degree + 1], max_degree + 1);
-        fill_triangle(tables, gauss, max_degree + 1);
+        fill_line(tables, &hpr_gauss.legendre[max_degree + 1], max_degree + 1);
+        fill_triangle(tables, max_degree + 1);
     } else {
         hpr_two_scale_destroy(&tables);
     }
-    hpr_release(ctx, gauss);
     *out = tables;
     return status;
 }

@@ -43,9 +43,8 @@ typedef struct search {
     patch_box *box; /* [patches->count] rising by low[0] */
     double widest;  /* along x */
     hpr_coverage *coverage;
-    hpr_visibility *visibility; /* made when the first patch has a foot on it, like gauss */
-    hpr_gauss_table *gauss;
-    double slack; /* metres */
+    hpr_visibility *visibility; /* made when the first patch has a foot on it */
+    double slack;               /* metres */
     uint32_t patch;
     foot *feet;
     size_t foot_count, foot_capacity;
@@ -303,7 +302,7 @@ static foot leaf_foot(const search *s, uint32_t node, const foot *f)
 }
 
 /* G += ∫ over a piece. */
-static void add_gram(const search *s, const trimmed *t, hpr_shape shape, int degree, const hpr_polygon *piece)
+static void add_gram(const trimmed *t, hpr_shape shape, int degree, const hpr_polygon *piece)
 {
     hpr_cell cell[HPR_POLYGON_MAX];
     double basis[HPR_MAX_BASIS];
@@ -312,7 +311,7 @@ static void add_gram(const search *s, const trimmed *t, hpr_shape shape, int deg
     const hpr_box whole = hpr_box_unit();
     for (int c = 0; c < count; c++) {
         for (int k = 0; k < nodes * nodes; k++) {
-            hpr_outer_point x = hpr_outer_at(s->gauss, &(hpr_element_frame){0}, &cell[c], &whole, nodes, k);
+            hpr_outer_point x = hpr_outer_at(&hpr_gauss, &(hpr_element_frame){0}, &cell[c], &whole, nodes, k);
             hpr_basis_eval(shape, degree, x.s, x.t, basis);
             for (size_t i = 0; i < n; i++) {
                 for (size_t j = 0; j < n; j++)
@@ -349,7 +348,7 @@ static hpr_status keep_trim(search *s, size_t leaf, trimmed *t)
     if (status == HPR_OK) {
         memcpy(t->piece, piece, (size_t)t->piece_count * sizeof *piece);
         for (int i = 0; i < t->piece_count; i++)
-            add_gram(s, t, shape, degree, &t->piece[i]);
+            add_gram(t, shape, degree, &t->piece[i]);
         memcpy(t->inverse, t->gram, n * n * sizeof(double));
         hpr_dense_pseudo_inverse(n, t->inverse, determined, work);
         coverage->trim_of_leaf[leaf] = (uint32_t)coverage->trim_count;
@@ -397,18 +396,6 @@ static hpr_status trim_leaf(search *s, size_t leaf)
     return covered ? keep_trim(s, leaf, &t) : HPR_OK;
 }
 
-/* What only scenes with feet need. */
-static hpr_status prepare(search *s)
-{
-    hpr_context *ctx = s->coverage->context;
-    hpr_status status = hpr_visibility_create(s->coverage->patches, &s->visibility);
-    if (status == HPR_OK)
-        status = hpr_allocate_into(ctx, &s->gauss, 1, sizeof *s->gauss, "covered elements");
-    if (status == HPR_OK)
-        hpr_gauss_table_init(s->gauss);
-    return status;
-}
-
 /* The patch cut at its feet. */
 static hpr_status add_regions(search *s)
 {
@@ -445,7 +432,7 @@ static hpr_status find_regions(search *s)
             status = add_regions(s);
     }
     if (status == HPR_OK && found)
-        status = prepare(s);
+        status = hpr_visibility_create(s->coverage->patches, &s->visibility);
     if (status == HPR_OK && found)
         status = hpr_regions_shut(s->visibility, s->slack, s->region, s->first_region);
     return status;
@@ -459,8 +446,8 @@ static hpr_status trim_all(search *s)
         status = find_feet(s);
         if (status != HPR_OK || (s->foot_count == 0 && !s->faced))
             continue;
-        if (!s->gauss)
-            status = prepare(s);
+        if (!s->visibility)
+            status = hpr_visibility_create(s->coverage->patches, &s->visibility);
         for (size_t leaf = e->patch_leaf[s->patch]; status == HPR_OK && leaf < e->patch_leaf[s->patch + 1];
              leaf++)
             status = trim_leaf(s, leaf);
@@ -491,7 +478,7 @@ hpr_status hpr_coverage_create(const hpr_patches *patches, const hpr_elements *e
             status = trim_all(&s);
     }
     hpr_visibility_destroy(&s.visibility);
-    void *arrays[] = {s.gauss, s.feet, s.box, s.region, s.first_region};
+    void *arrays[] = {s.feet, s.box, s.region, s.first_region};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
         hpr_release(ctx, arrays[i]);
     if (status != HPR_OK)

@@ -19,7 +19,6 @@ typedef struct projection {
     const hpr_patches *patches;
     const hpr_elements *elements;
     hpr_quadrature *quadrature;
-    hpr_gauss_table *gauss;
     double tolerance;
     double *moment;
 } projection;
@@ -48,11 +47,12 @@ static int smooth_nodes(const hpr_element_frame *recv, const hpr_element_frame *
 }
 
 /* The block of the leaf and the constant of the emitter: ∫ T_k F dA / sqrt(A_e), F Lambert's fraction. */
-static void integrate_smooth(const hpr_gauss_table *gauss, const hpr_element_frame *recv,
-                             const hpr_element_frame *send, int nodes, double *column)
+static void integrate_smooth(const hpr_element_frame *recv, const hpr_element_frame *send, int nodes,
+                             double *column)
 {
     bool triangle = recv->shape == HPR_SHAPE_TRIANGLE;
-    const hpr_gauss_rule *first = &gauss->legendre[nodes], *second = triangle ? &gauss->jacobi[nodes] : first;
+    const hpr_gauss_rule *first = &hpr_gauss.legendre[nodes],
+                         *second = triangle ? &hpr_gauss.jacobi[nodes] : first;
     hpr_cell whole = hpr_cell_whole(send->shape);
     hpr_vec3 at[4];
     double corner[4][3], normal[3], phi[HPR_MAX_BASIS];
@@ -80,7 +80,7 @@ static hpr_block_result integrate(const projection *p, worker *w, const hpr_bloc
     int nodes = task->blocker_count || task->recv_part ? 0 : smooth_nodes(&task->recv, &task->send);
     if (nodes == 0)
         return hpr_block_ref(p->quadrature, task, column, w->scratch);
-    integrate_smooth(p->gauss, &task->recv, &task->send, nodes, column);
+    integrate_smooth(&task->recv, &task->send, nodes, column);
     return (hpr_block_result){.seen = true};
 }
 
@@ -145,10 +145,6 @@ hpr_status hpr_direct_moments(const hpr_direct *direct, const hpr_coverage *cove
                     .moment = moment};
     hpr_status status = hpr_quadrature_create(ctx, &p.quadrature);
     if (status == HPR_OK)
-        status = hpr_allocate_into(ctx, &p.gauss, 1, sizeof *p.gauss, "direct light");
-    if (status == HPR_OK)
-        hpr_gauss_table_init(p.gauss);
-    if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &workers, (size_t)threads, sizeof *workers, "direct light");
     for (int t = 0; status == HPR_OK && t < threads; t++)
         status = hpr_block_scratch_create(ctx, &workers[t].scratch);
@@ -161,7 +157,6 @@ hpr_status hpr_direct_moments(const hpr_direct *direct, const hpr_coverage *cove
         hpr_block_scratch_destroy(&workers[t].scratch);
     }
     hpr_release(ctx, workers);
-    hpr_release(ctx, p.gauss);
     hpr_quadrature_destroy(&p.quadrature);
     if (status == HPR_OK && hpr_cancelled(ctx))
         status = hpr_fail(ctx, HPR_ERR_INTERRUPTED, "interrupted while direct light was projected");

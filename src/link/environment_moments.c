@@ -29,7 +29,6 @@ typedef struct projection {
     const hpr_patches *patches;
     const hpr_elements *elements;
     hpr_quadrature *quadrature;
-    hpr_gauss_table *gauss;
     double tolerance;
     int side;           /* of sampled points */
     uint8_t *treatment; /* [leaves] */
@@ -120,11 +119,11 @@ typedef struct cell_point {
     double s, t, weight;
 } cell_point;
 
-static cell_point point_of_cell(const hpr_gauss_table *gauss, const hpr_cell *cell, int nodes, int index)
+static cell_point point_of_cell(const hpr_cell *cell, int nodes, int index)
 {
     bool triangle = cell->shape == HPR_SHAPE_TRIANGLE;
-    const hpr_gauss_rule *along = &gauss->legendre[nodes];
-    const hpr_gauss_rule *across = triangle ? &gauss->jacobi[nodes] : along;
+    const hpr_gauss_rule *along = &hpr_gauss.legendre[nodes];
+    const hpr_gauss_rule *across = triangle ? &hpr_gauss.jacobi[nodes] : along;
     double area = fabs(cell->edge1[0] * cell->edge2[1] - cell->edge1[1] * cell->edge2[0]);
     double b = across->node[index / nodes], a = along->node[index % nodes] * (triangle ? 1 - b : 1);
     return (cell_point){cell->origin[0] + a * cell->edge1[0] + b * cell->edge2[0],
@@ -138,7 +137,7 @@ static void integrate_cell(leaf_integral *l, const hpr_cell *cell, double *sum)
     memset(sum, 0, l->count * sizeof *sum);
     l->cells++;
     for (int k = 0; k < l->nodes * l->nodes; k++) {
-        cell_point x = point_of_cell(p->gauss, cell, l->nodes, k);
+        cell_point x = point_of_cell(cell, l->nodes, k);
         double s = x.s, t = x.t;
         hpr_environment_limit(p->environment, l->leaf, &s, &t);
         hpr_opening opening =
@@ -317,7 +316,7 @@ static double sample_cell(leaf_integral *l, const hpr_cell *cell, int nodes, uin
     const projection *p = l->p;
     double square = 0, area = l->frame.area_m2;
     for (int k = 0; k < nodes * nodes; k++) {
-        cell_point x = point_of_cell(p->gauss, cell, nodes, k);
+        cell_point x = point_of_cell(cell, nodes, k);
         hpr_opening opening = hpr_environment_sample(
             p->environment, l->patch, hpr_frame_point(&l->frame, x.s, x.t), p->side, seed + (uint64_t)k);
         double part = x.weight * (l->frame.shape == HPR_SHAPE_TRIANGLE ? 2 : 1);
@@ -449,8 +448,6 @@ hpr_status hpr_environment_moments(const hpr_environment *environment, const hpr
                     .moment = moment};
     hpr_status status = hpr_quadrature_create(ctx, &p.quadrature);
     if (status == HPR_OK)
-        status = hpr_allocate_into(ctx, &p.gauss, 1, sizeof *p.gauss, what);
-    if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &p.treatment, elements->leaf_count, sizeof *p.treatment, what);
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &p.error, elements->leaf_count, sizeof *p.error, what);
@@ -459,7 +456,6 @@ hpr_status hpr_environment_moments(const hpr_environment *environment, const hpr
     for (int t = 0; status == HPR_OK && t < threads; t++)
         status = hpr_block_scratch_create(ctx, &workers[t].scratch);
     if (status == HPR_OK) {
-        hpr_gauss_table_init(p.gauss);
         treat(&p, workers, ctx);
         sum_up(&p, figures);
     }
@@ -468,7 +464,7 @@ hpr_status hpr_environment_moments(const hpr_environment *environment, const hpr
             hpr_count(ctx, (hpr_counter)c, workers[t].counts[c]);
         hpr_block_scratch_destroy(&workers[t].scratch);
     }
-    void *arrays[] = {workers, p.gauss, p.treatment, p.error};
+    void *arrays[] = {workers, p.treatment, p.error};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
         hpr_release(ctx, arrays[i]);
     hpr_quadrature_destroy(&p.quadrature);

@@ -19,6 +19,7 @@ typedef struct hpr_gauss_table {
     hpr_gauss_rule legendre[HPR_GAUSS_MAX + 1], jacobi[HPR_GAUSS_MAX + 1];
 } hpr_gauss_table;
 
-void hpr_gauss_table_init(hpr_gauss_table *table);
+/* Computed when hprad is built (gauss_roots.c): at run time they would take longer than many a block. */
+extern const hpr_gauss_table hpr_gauss;
 
 #endif

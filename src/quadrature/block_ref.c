@@ -9,7 +9,7 @@
 
 struct hpr_quadrature {
     hpr_context *context;
-    hpr_gauss_table gauss;
+    const hpr_gauss_table *gauss;
 };
 
 struct hpr_block_scratch {
@@ -33,7 +33,7 @@ hpr_status hpr_quadrature_create(hpr_context *ctx, hpr_quadrature **quadrature)
     if (status != HPR_OK)
         return status;
     (*quadrature)->context = ctx;
-    hpr_gauss_table_init(&(*quadrature)->gauss);
+    (*quadrature)->gauss = &hpr_gauss;
     return HPR_OK;
 }
 
@@ -106,7 +106,7 @@ static void ray_end(const evaluation *e, const group_side *side, int index, cons
 {
     double s = side->points->s[index], t = side->points->t[index];
     if (e->rule->kind == HPR_RULE_PRODUCT)
-        hpr_sampled_place(&e->quadrature->gauss, side->cell, side->nodes, index, random, &s, &t);
+        hpr_sampled_place(e->quadrature->gauss, side->cell, side->nodes, index, random, &s, &t);
     scene_point(side->frame, s, t, point);
 }
 
@@ -202,7 +202,7 @@ static void add_rule(void *user, const hpr_rule *rule)
     int level = rule->kind == HPR_RULE_NESTED ? rule->nested.homothety : 0;
     e->rule = rule;
     memset(e->scratch->part, 0, count * sizeof(double));
-    hpr_rule_points(&e->quadrature->gauss, e->pair, rule, &e->scratch->points, add_group, e);
+    hpr_rule_points(e->quadrature->gauss, e->pair, rule, &e->scratch->points, add_group, e);
     add(level ? e->scratch->inside[level - 1] : e->block, e->scratch->part, count);
     double most = largest(e->scratch->part, count);
     e->error[level] += rule->error * most;
@@ -217,7 +217,7 @@ static void apply_homothety(evaluation *e, int level, const hpr_centre *centre)
     const double *inside = scratch->inside[level - 1];
     double *part = scratch->part;
     memset(part, 0, count * sizeof *part);
-    hpr_homothety_apply(&e->quadrature->gauss, e->pair, centre, level == 1, inside, part, scratch->matrices);
+    hpr_homothety_apply(e->quadrature->gauss, e->pair, centre, level == 1, inside, part, scratch->matrices);
     double before = largest(inside, count), grown = before > 0 ? largest(part, count) / before : 0;
     add(level == 2 ? scratch->inside[0] : e->block, part, count);
     e->error[level - 1] += grown * e->error[level];
@@ -372,7 +372,7 @@ hpr_block_result hpr_block_ref(const hpr_quadrature *quadrature, const hpr_block
         memset(scratch->inside[k], 0, count * sizeof *block);
     hpr_rule_demand demand = prepare(&e, &pair);
     hpr_rule_outcome outcome =
-        hpr_rules_choose(&quadrature->gauss, &pair, &demand, &scratch->choice, add_rule, &e);
+        hpr_rules_choose(quadrature->gauss, &pair, &demand, &scratch->choice, add_rule, &e);
     for (int level = outcome.centre_count; level > 0; level--)
         apply_homothety(&e, level, &outcome.centre[level - 1]);
     double factor = area_factor(&recv) * area_factor(&send);

@@ -30,11 +30,11 @@ static size_t set_size(hpr_shape shape, int degree)
 }
 
 /* Triangles in collapsed coordinates (Stroud 1971). */
-static void fill_set(const hpr_gauss_table *gauss, hpr_shape shape, int degree, node_set *set, double *memory)
+static void fill_set(hpr_shape shape, int degree, node_set *set, double *memory)
 {
     size_t n = axis_nodes(degree);
     bool triangle = shape == HPR_SHAPE_TRIANGLE;
-    const hpr_gauss_rule *first = &gauss->legendre[n], *second = triangle ? &gauss->jacobi[n] : first;
+    const hpr_gauss_rule *first = &hpr_gauss.legendre[n], *second = triangle ? &hpr_gauss.jacobi[n] : first;
     set->point_count = n * n;
     set->basis_count = hpr_basis_count(shape, degree);
     set->s = memory;
@@ -56,7 +56,6 @@ hpr_status hpr_far_create(hpr_context *ctx, int max_degree, hpr_far **out)
 {
     static const hpr_shape shapes[2] = {HPR_SHAPE_PARALLELOGRAM, HPR_SHAPE_TRIANGLE};
     hpr_far *tables = NULL;
-    hpr_gauss_table *gauss = NULL;
     size_t size = 0;
     for (int degree = 0; degree <= max_degree; degree++)
         size += set_size(shapes[0], degree) + set_size(shapes[1], degree);
@@ -65,21 +64,17 @@ hpr_status hpr_far_create(hpr_context *ctx, int max_degree, hpr_far **out)
         tables->context = ctx;
         status = hpr_allocate_into(ctx, &tables->memory, size, sizeof(double), "quadrature tables");
     }
-    if (status == HPR_OK)
-        status = hpr_allocate_into(ctx, &gauss, 1, sizeof *gauss, "quadrature tables");
     if (status == HPR_OK) {
         double *memory = tables->memory;
-        hpr_gauss_table_init(gauss);
         for (int i = 0; i < 2; i++) {
             for (int degree = 0; degree <= max_degree; degree++) {
-                fill_set(gauss, shapes[i], degree, &tables->set[shapes[i]][degree], memory);
+                fill_set(shapes[i], degree, &tables->set[shapes[i]][degree], memory);
                 memory += set_size(shapes[i], degree);
             }
         }
     } else {
         hpr_far_destroy(&tables);
     }
-    hpr_release(ctx, gauss);
     *out = tables;
     return status;
 }

@@ -28,7 +28,6 @@ typedef struct energy {
     const hpr_patches *patches;
     const hpr_elements *elements;
     hpr_visibility *visibility;
-    hpr_gauss_table *gauss;
     size_t channels;
     double tolerance; /* absolute, W per leaf */
     size_t rays;      /* per leaf */
@@ -114,7 +113,7 @@ static void add_point(const leaf_integral *l, double s, double t, double weight,
 static void integrate_box(leaf_integral *l, const double box[4], double *sum, double *radiosity)
 {
     int nodes = l->nodes;
-    const hpr_gauss_rule *gauss = &l->e->gauss->legendre[nodes];
+    const hpr_gauss_rule *gauss = &hpr_gauss.legendre[nodes];
     const double *o = l->cell.origin, *e1 = l->cell.edge1, *e2 = l->cell.edge2;
     double parameters = l->shape == HPR_SHAPE_TRIANGLE ? 0.5 : 1; /* area of the parameter domain */
     double area =
@@ -292,14 +291,11 @@ static hpr_status prepare(energy *e)
     size_t leaves = e->elements->leaf_count;
     hpr_status status = hpr_visibility_create(e->patches, &e->visibility);
     if (status == HPR_OK)
-        status = hpr_allocate_into(ctx, &e->gauss, 1, sizeof *e->gauss, "energy terms");
-    if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &e->shaded, e->patches->count, sizeof *e->shaded, "energy terms");
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &e->lost, 2 * e->channels * leaves, sizeof(double), "energy terms");
     if (status != HPR_OK)
         return status;
-    hpr_gauss_table_init(e->gauss);
     double come_in = 0;
     for (size_t c = 0; c < e->channels; c++)
         come_in = fmax(come_in, e->solution->energy[c].emitted + e->solution->energy[c].environment);
@@ -341,7 +337,6 @@ hpr_status hpr_energy_compute(hpr_solution *solution, const hpr_coverage *covera
         status = hpr_fail(ctx, HPR_ERR_INTERRUPTED, "interrupted during the energy balance");
 done:
     hpr_visibility_destroy(&e.visibility);
-    hpr_release(ctx, e.gauss);
     hpr_release(ctx, e.shaded);
     hpr_release(ctx, e.lost);
     return status;

@@ -79,10 +79,8 @@ static void transport(const nystrom *n, double gap, const double *from, double *
 
 static void solve_nystrom(nystrom *n, double gap, double rho)
 {
-    static hpr_gauss_table gauss;
-    hpr_gauss_table_init(&gauss);
-    memcpy(n->node, gauss.legendre[NODES].node, sizeof n->node);
-    memcpy(n->weight, gauss.legendre[NODES].weight, sizeof n->weight);
+    memcpy(n->node, hpr_gauss.legendre[NODES].node, sizeof n->node);
+    memcpy(n->weight, hpr_gauss.legendre[NODES].weight, sizeof n->weight);
     memset(n->h, 0, sizeof n->h);
     double change = 1;
     for (int sweep = 0; sweep < 400 && change > 1e-16; sweep++) {

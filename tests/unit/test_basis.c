@@ -16,14 +16,12 @@
 /* Largest |∫ phi_k phi_l - delta_kl| over the parameter domain. */
 static double gram_error(hpr_shape shape, int degree)
 {
-    static hpr_gauss_table gauss;
     static double gram[HPR_MAX_BASIS * HPR_MAX_BASIS];
     double values[HPR_MAX_BASIS], worst = 0;
     size_t count = hpr_basis_count(shape, degree);
     int n = degree + 1;
-    hpr_gauss_table_init(&gauss);
-    const hpr_gauss_rule *in_s = &gauss.legendre[n];
-    const hpr_gauss_rule *in_t = shape == HPR_SHAPE_TRIANGLE ? &gauss.jacobi[n] : in_s;
+    const hpr_gauss_rule *in_s = &hpr_gauss.legendre[n];
+    const hpr_gauss_rule *in_t = shape == HPR_SHAPE_TRIANGLE ? &hpr_gauss.jacobi[n] : in_s;
     memset(gram, 0, sizeof gram);
     for (int i = 0; i < n * n; i++) {
         double t = in_t->node[i / n], s = in_s->node[i % n] * (shape == HPR_SHAPE_TRIANGLE ? 1 - t : 1);

@@ -1,7 +1,10 @@
+/* Computes the Gauss rules when hprad is built, and writes them as C: gauss_roots FILE. */
 #include "math/gauss.h"
 
 #include <float.h>
 #include <math.h>
+#include <stdbool.h>
+#include <stdio.h>
 
 /* P_n^(a,0) and its derivative at x in (-1,1). */
 static void jacobi_polynomial(int n, double a, double x, double *value, double *derivative)
@@ -56,10 +59,40 @@ static void gauss_jacobi(int n, double a, hpr_gauss_rule *rule)
     }
 }
 
-void hpr_gauss_table_init(hpr_gauss_table *table)
+static void write_numbers(FILE *file, const char *name, const double *number, int count)
 {
+    fprintf(file, ".%s = {", name);
+    for (int i = 0; i < count; i++)
+        fprintf(file, "%s%a", i ? ", " : "", number[i]);
+    fprintf(file, "}");
+}
+
+static void write_rules(FILE *file, const char *name, double a)
+{
+    fprintf(file, "    .%s = {\n", name);
     for (int n = 1; n <= HPR_GAUSS_MAX; n++) {
-        gauss_jacobi(n, 0, &table->legendre[n]);
-        gauss_jacobi(n, 1, &table->jacobi[n]);
+        hpr_gauss_rule rule;
+        gauss_jacobi(n, a, &rule);
+        fprintf(file, "        [%d] = {", n);
+        write_numbers(file, "node", rule.node, n);
+        fprintf(file, ", ");
+        write_numbers(file, "weight", rule.weight, n);
+        fprintf(file, "},\n");
     }
+    fprintf(file, "    },\n");
+}
+
+int main(int argc, char **argv)
+{
+    FILE *file = argc == 2 ? fopen(argv[1], "w") : NULL;
+    if (!file) {
+        fprintf(stderr, "gauss_roots FILE, which must be writable\n");
+        return 1;
+    }
+    fprintf(file, "#include \"math/gauss.h\"\n\nconst hpr_gauss_table hpr_gauss = {\n");
+    write_rules(file, "legendre", 0);
+    write_rules(file, "jacobi", 1);
+    fprintf(file, "};\n");
+    bool written = !ferror(file);
+    return fclose(file) == 0 && written ? 0 : 1;
 }

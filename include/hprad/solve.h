@@ -44,6 +44,9 @@ typedef enum hpr_refine_mode {
     HPR_REFINE_P   /**< the degree is raised */
 } hpr_refine_mode;
 
+/** "hp", "h", "p"; static text. */
+HPR_API const char *hpr_refine_name(hpr_refine_mode mode);
+
 /** "auto", "gauss-seidel", "gmres", "gathering", "shooting"; static text. */
 HPR_API const char *hpr_solver_name(hpr_solver_method method);
 
@@ -54,10 +57,13 @@ typedef struct hpr_solve_options {
     int feet;      /**< so often are elements quartered that the foot of an object cuts, 0 .. HPR_MAX_FEET, or
                         HPR_CHOOSE */
     int grade;     /**< so often are elements halved toward edges at which patches meet, 0 .. HPR_MAX_GRADE */
-    double tolerance; /**< relative error of H in L2 that elements are refined for; 0: they stay as they are */
+    double
+        tolerance; /**< relative error of H in L2 that elements are refined for; 0: they stay as they are */
     hpr_refine_mode refine;
-    double link_tolerance;  /**< of the operator's norm, for what links leave out; 0: chosen */
-    double block_tolerance; /**< relative, per block; 0: chosen, see hpr_solve_summary */
+    double max_seconds, max_bytes; /**< with a tolerance: of time, and of blocks; no step is begun that would
+                                        probably exceed them. 0: no limit */
+    double link_tolerance;         /**< of the operator's norm, for what links leave out; 0: chosen */
+    double block_tolerance;        /**< relative, per block; 0: chosen, see hpr_solve_summary */
     hpr_solver_method solver;
     double solver_tolerance; /**< relative error of the linear system's solution */
     int max_sweeps;          /**< limit of sweeps, iterations or shots */
@@ -91,6 +97,14 @@ typedef struct hpr_energy {
     double escaped;       /**< light that leaves the scene */
 } hpr_energy;
 
+/** Parts of the estimated error, relative. */
+typedef struct hpr_error_parts {
+    double discretisation; /**< what the elements leave out, errors of the blocks between them included */
+    double links;          /**< what links between groups of elements leave out */
+    double visibility;     /**< statistical, where visibility is sampled */
+    double solver;         /**< of the linear system */
+} hpr_error_parts;
+
 /** Figures of one solve. */
 typedef struct hpr_solve_summary {
     hpr_solve_options options; /**< as they were given, or chosen */
@@ -100,8 +114,13 @@ typedef struct hpr_solve_summary {
     /** Elements on which V was integrated in closed form, adaptively over clipped points, by rays. */
     size_t environment_closed, environment_clipped, environment_sampled;
     double environment_error; /**< estimated, of the mean of V on an element: root of its mean square */
-    double error_estimate;    /**< relative error of H in L2, the worst channel's; NaN: not estimated */
-    size_t channels_solved;   /**< 1 if all channels agree, else their number */
+    /** Estimated relative error of H in L2, the worst channel's, and its parts, of which it is the sum; NaN:
+     * not estimated, as without a tolerance. */
+    double error_estimate;
+    hpr_error_parts error_parts;
+    int steps;              /**< solves until the tolerance was met, or given up */
+    int reached;            /**< 1 if error_estimate is within the tolerance */
+    size_t channels_solved; /**< 1 if all channels agree, else their number */
     size_t degenerate_count, duplicate_count;
     double link_tolerance, link_error; /**< in force, and what unobstructed links leave out, measured */
     double block_tolerance;   /**< of blocks that nothing obstructs: 1e-13 in an unobstructed scene, else 1e-5

@@ -1,6 +1,7 @@
 #include "app/job.h"
 
 #include <hprad/report.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -111,6 +112,17 @@ hpr_status hpr_job_run_solve(hpr_job *job, const hpr_scene *scene, const hpr_sol
     if (status == HPR_OK)
         job->result->summary = *hpr_solution_summary(*solution);
     return status;
+}
+
+hpr_status hpr_job_judge(const hpr_job *job, const hpr_solution *solution, const char *scene_path)
+{
+    const hpr_solve_summary *summary = hpr_solution_summary(solution);
+    if (!(summary->options.tolerance > 0) || summary->reached || isnan(summary->error_estimate))
+        return HPR_OK;
+    return hpr_fail(job->context, HPR_ERR_TOLERANCE,
+                    "%s: the estimated error is %.2e, the tolerance %g, and another refinement would exceed "
+                    "--max-time, --max-memory or the finest elements; the result is written",
+                    scene_path, summary->error_estimate, summary->options.tolerance);
 }
 
 hpr_status hpr_job_write_report(hpr_job *job, const hpr_solution *solution, const char *scene_path,

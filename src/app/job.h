@@ -37,6 +37,10 @@ bool hpr_job_is_solution(const char *path);
 hpr_status hpr_job_read_scene(hpr_job *job, const char *path, const hpr_read_options *options,
                               hpr_scene **scene);
 
+/* When everything is written: HPR_ERR_TOLERANCE with a message if the solution misses the tolerance that was
+ * asked for. */
+hpr_status hpr_job_judge(const hpr_job *job, const hpr_solution *solution, const char *scene_path);
+
 /* Solves; fills summary and solve_seconds of the result. */
 hpr_status hpr_job_run_solve(hpr_job *job, const hpr_scene *scene, const hpr_solve_options *options,
                              hpr_solution **solution);

@@ -72,6 +72,8 @@ static hpr_status run_scene(hpr_job *job, const char *path, const hpr_job_pictur
         status = render_pictures(job, &options->pictures, solution, &list);
     if (status == HPR_OK)
         status = hpr_job_write_report(job, solution, path, options->report_path);
+    if (status == HPR_OK)
+        status = hpr_job_judge(job, solution, path);
     hpr_pictures_release(job->context, &list);
     hpr_solution_destroy(&solution);
     hpr_scene_destroy(&scene);

@@ -63,6 +63,8 @@ hpr_status hpr_job_solve(hpr_context *ctx, const char *scene_path, const hpr_job
         status = write_solution(&job, solution, path);
     if (status == HPR_OK)
         status = hpr_job_write_report(&job, solution, scene_path, options->report_path);
+    if (status == HPR_OK)
+        status = hpr_job_judge(&job, solution, scene_path);
     hpr_solution_destroy(&solution);
     hpr_scene_destroy(&scene);
     hpr_release(ctx, own_path);

@@ -5,6 +5,7 @@
 #include <errno.h>
 #include <limits.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -21,7 +22,18 @@ const struct poptOption cli_solve_options[] = {
      "halve elements toward edges at which patches meet, and toward their ends, N times, 0 to 20 (default 0)",
      "N"},
     {"tol", 0, POPT_ARG_STRING, NULL, CLI_OPTION_TOLERANCE,
-     "relative error of the irradiance (not in this version: refused)", "E"},
+     "relative L2 error of the irradiance: solve again on elements that are refined, from whole patches, "
+     "until "
+     "the estimated error is below E; --order and --subdivide then say what to begin with",
+     "E"},
+    {"refine", 0, POPT_ARG_STRING, NULL, CLI_OPTION_REFINE,
+     "with --tol: raise degrees where the light is smooth and halve elements where it is not, or only one of "
+     "the two (default hp)",
+     "h|p|hp"},
+    {"max-time", 0, POPT_ARG_STRING, NULL, CLI_OPTION_MAX_TIME,
+     "with --tol: begin no refinement that would probably end later than S seconds after the first", "S"},
+    {"max-memory", 0, POPT_ARG_STRING, NULL, CLI_OPTION_MAX_MEMORY,
+     "with --tol: begin no refinement whose kernel blocks would probably take more, as 500M or 4G", "BYTES"},
     {"direct", 0, POPT_ARG_STRING, NULL, CLI_OPTION_DIRECT,
      "direct light: evaluated at every point, or through the basis (default exact)", "exact|galerkin"},
     {"environment", 0, POPT_ARG_STRING, NULL, CLI_OPTION_ENVIRONMENT,
@@ -163,6 +175,31 @@ static bool take_direct(const char *text, hpr_direct_mode *direct)
     return false;
 }
 
+static bool take_refine(const char *text, hpr_refine_mode *mode)
+{
+    for (int i = HPR_REFINE_HP; i <= HPR_REFINE_P; i++) {
+        *mode = (hpr_refine_mode)i;
+        if (!strcmp(text, hpr_refine_name(*mode)))
+            return true;
+    }
+    cli_complain("--refine '%s': expected h, p or hp", text);
+    return false;
+}
+
+/* A number of bytes, with K, M, G or T behind it for powers of 1000. */
+static bool take_bytes(const char *option, const char *text, double *bytes)
+{
+    static const char units[] = "KMGT";
+    char number[32];
+    size_t length = strlen(text);
+    const char *unit = length ? strchr(units, text[length - 1]) : NULL;
+    snprintf(number, sizeof number, "%.*s", (int)(unit ? length - 1 : length), text);
+    if (length >= sizeof number || !cli_positive(option, number, INFINITY, false, bytes))
+        return false;
+    *bytes *= unit ? pow(1000, (double)(unit - units + 1)) : 1;
+    return true;
+}
+
 static bool take_solver(const char *text, hpr_solver_method *solver)
 {
     for (int i = HPR_SOLVER_AUTO; i <= HPR_SOLVER_SHOOTING; i++) {
@@ -221,6 +258,12 @@ int cli_take_solve_option(cli_solve_settings *settings, int id, const char *valu
         return cli_path("--report", value, &settings->report_path);
     case CLI_OPTION_TOLERANCE:
         return cli_positive("--tol", value, 1, true, &solve->tolerance);
+    case CLI_OPTION_REFINE:
+        return take_refine(value, &solve->refine);
+    case CLI_OPTION_MAX_TIME:
+        return cli_positive("--max-time", value, INFINITY, false, &solve->max_seconds);
+    case CLI_OPTION_MAX_MEMORY:
+        return take_bytes("--max-memory", value, &solve->max_bytes);
     default:
         return -1;
     }

@@ -48,6 +48,8 @@ static void print_summary(const hpr_job_result *result)
     printf("dofs      %zu\n", summary->dof_count);
     printf("sweeps    %d\n", summary->sweeps);
     printf("residual  %.3g\n", summary->residual);
+    if (summary->options.tolerance > 0)
+        printf("error     %.2e estimated\n", summary->error_estimate);
     printf("seconds   %.2f\n", result->seconds);
 }
 
@@ -73,7 +75,7 @@ int cli_solve(int argc, const char **argv)
         hpr_job_result result;
         hpr_status status = hpr_job_solve(run.context, run.operand[0], &job, &result);
         code = cli_conclude(&run, status, result.step);
-        if (status == HPR_OK && !run.quiet)
+        if ((status == HPR_OK || status == HPR_ERR_TOLERANCE) && !run.quiet)
             print_summary(&result);
     }
     cli_finish(&run);

@@ -27,6 +27,9 @@ static void add_counts(cJSON *root, const hpr_solution *solution, bool *ok)
     hpr_json_number(settings, "subdivide", summary->options.subdivide, ok);
     hpr_json_number(settings, "feet", summary->options.feet, ok);
     hpr_json_number(settings, "grade", summary->options.grade, ok);
+    hpr_json_number(settings, "tolerance", summary->options.tolerance > 0 ? summary->options.tolerance : NAN,
+                    ok);
+    hpr_json_text(settings, "refine", hpr_refine_name(summary->options.refine), ok);
     hpr_json_number(settings, "link_tolerance", summary->link_tolerance, ok);
     hpr_json_number(settings, "block_tolerance", summary->block_tolerance, ok);
     hpr_json_number(settings, "blocked_tolerance", summary->blocked_tolerance, ok);
@@ -41,6 +44,7 @@ static void add_counts(cJSON *root, const hpr_solution *solution, bool *ok)
         {"elements", summary->element_count},
         {"dofs", summary->dof_count},
         {"links", summary->link_count},
+        {"steps", (size_t)summary->steps},
         {"block_bytes", summary->block_bytes},
         {"channels", solution->channel_count},
         {"channels_solved", summary->channels_solved},
@@ -108,7 +112,16 @@ static void add_accuracy(cJSON *root, const hpr_solve_summary *summary, bool *ok
     cJSON *quadrature = hpr_json_object(root, "quadrature", ok);
     hpr_json_number(quadrature, "block_error", summary->block_error, ok);
     hpr_json_number(quadrature, "sampled_error", summary->sampled_error, ok);
-    hpr_json_null(root, "error_estimate", ok); /* until there is one of the whole */
+    bool estimated = !isnan(summary->error_estimate);
+    if (!estimated)
+        hpr_json_null(root, "error_estimate", ok);
+    else
+        hpr_json_number(root, "error_estimate", summary->error_estimate, ok);
+    cJSON *parts = hpr_json_object(root, "error_parts", ok);
+    hpr_json_number(parts, "discretisation", estimated ? summary->error_parts.discretisation : NAN, ok);
+    hpr_json_number(parts, "links", estimated ? summary->error_parts.links : NAN, ok);
+    hpr_json_number(parts, "visibility", estimated ? summary->error_parts.visibility : NAN, ok);
+    hpr_json_number(parts, "solver", estimated ? summary->error_parts.solver : NAN, ok);
     hpr_json_number(root, "link_error", summary->link_error, ok);
     hpr_json_number(root, "visibility_error", summary->visibility_error, ok);
 }

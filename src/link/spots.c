@@ -1,7 +1,7 @@
 #include "link/spots.h"
 
 #include "link/refine.h"
-#include "quadrature/block.h"
+#include "quadrature/point.h"
 #include "visibility/views.h"
 
 #include <math.h>
@@ -9,7 +9,7 @@
 #include <string.h>
 
 typedef struct worker {
-    hpr_block_scratch *scratch;
+    hpr_point_scratch *scratch;
     hpr_views_cursor *cursor;
     uint32_t *candidate, *blocker; /* [occluder_count] */
     uint64_t counts[HPR_COUNTER_COUNT];
@@ -22,82 +22,46 @@ typedef struct gathering {
     uint32_t *parent; /* [node_count] HPR_NONE: root */
     hpr_visibility *visibility;
     hpr_views *views;
-    hpr_quadrature *quadrature;
     worker *workers; /* [threads] */
     size_t channel_count;
     const double *sent;
     double tolerance;
 } gathering;
 
-static hpr_element_frame cell_frame(const gathering *g, const hpr_spot *spot)
-{
-    static const double width = 1e-5; /* the mean over it is the value at its middle, to about 1e-11 */
-    const hpr_tree *tree = g->links->tree;
-    hpr_element_frame f = hpr_tree_frame(tree, g->elements->leaf[spot->leaf], 0);
-    bool triangle = f.shape == HPR_SHAPE_TRIANGLE;
-    double a = width * fmin(spot->s, 1 - spot->s), b = width * fmin(spot->t, 1 - spot->t),
-           whole = triangle ? 2 * f.area_m2 : f.area_m2;
-    if (triangle) /* a parallelogram that lies in it */
-        a = b = width * fmin(fmin(spot->s, spot->t), (1 - spot->s - spot->t) / 2);
-    hpr_vec3 corner = hpr_frame_point(&f, spot->s - a / 2, spot->t - b / 2);
-    f.shape = HPR_SHAPE_PARALLELOGRAM;
-    f.origin = corner;
-    f.edge1 = hpr_scale(f.edge1, a);
-    f.edge2 = hpr_scale(f.edge2, b);
-    f.area_m2 = whole * a * b;
-    return f;
-}
-static hpr_facet frame_facet(const hpr_element_frame *frame)
-{
-    hpr_facet facet;
-    hpr_cell whole = hpr_cell_whole(frame->shape);
-    hpr_vec3 corner[4];
-    facet.corner_count = (size_t)hpr_cell_corners(frame, &whole, corner);
-    for (size_t i = 0; i < facet.corner_count; i++)
-        hpr_vec3_store(facet.corner[i], corner[i]);
-    hpr_vec3_store(facet.normal, frame->normal);
-    return facet;
-}
-
-/* What may come between the cell and a node; false if they do not see each other. */
-static bool find_blockers(const gathering *g, worker *w, uint32_t recv_patch, uint32_t send,
-                          hpr_block_task *task)
+/* What may come between the leaf of a spot and a node; false if they do not see each other. */
+static bool find_blockers(const gathering *g, worker *w, uint32_t recv, uint32_t send, hpr_block_task *task)
 {
     size_t count = 0;
-    hpr_verdict patches = hpr_views_classify(g->views, w->cursor, recv_patch, g->elements->patch[send],
-                                             w->candidate, &count);
+    hpr_verdict patches = hpr_views_classify(g->views, w->cursor, g->elements->patch[recv],
+                                             g->elements->patch[send], w->candidate, &count);
     if (patches != HPR_SEES_PARTLY)
         return patches == HPR_SEES_WHOLLY;
-    hpr_facet cell = frame_facet(&task->recv), node = hpr_node_facet(g->coverage, g->links->tree, send);
+    hpr_facet leaf = hpr_node_facet(g->coverage, g->links->tree, recv),
+              node = hpr_node_facet(g->coverage, g->links->tree, send);
     task->blockers = w->blocker;
-    return hpr_visibility_classify(g->visibility, &cell, &node, w->candidate, count, w->blocker,
+    return hpr_visibility_classify(g->visibility, &leaf, &node, w->candidate, count, w->blocker,
                                    &task->blocker_count) != HPR_SEES_NOTHING;
 }
 
-static void add_node(const gathering *g, worker *w, const hpr_element_frame *cell, uint32_t recv, uint32_t send,
-                     int degree, double *irradiance)
+static void add_node(const gathering *g, worker *w, const hpr_spot *spot, uint32_t send, int degree,
+                     double *irradiance)
 {
     const hpr_tree *tree = g->links->tree;
-    hpr_block_task task = {.recv = *cell,
+    uint32_t leaf = g->elements->leaf[spot->leaf];
+    hpr_block_task task = {.recv = hpr_tree_frame(tree, leaf, 0),
                            .send = hpr_tree_frame(tree, send, degree),
                            .tolerance = g->tolerance,
-                           .negligible = g->tolerance * sqrt(cell->area_m2 / g->links->area_m2),
-                           .contact_m = hpr_coverage_patches(g->coverage)->weld_m,
-                           .visibility = g->visibility,
-                           .clip = true,
-                           .seed = (uint64_t)recv << 32 | send};
-    if (!find_blockers(g, w, g->elements->patch[recv], send, &task))
+                           .visibility = g->visibility};
+    if (!find_blockers(g, w, leaf, send, &task))
         return;
-    task.clip = task.blocker_count <= HPR_CLIP_BLOCKERS;
     task.send_part = hpr_tree_parts(tree, g->coverage, send, &task.send_part_count);
-    double block[HPR_MAX_BASIS], room[HPR_MAX_BASIS];
-    hpr_block_result result = hpr_block_ref(g->quadrature, &task, block, w->scratch);
+    double row[HPR_MAX_BASIS], room[HPR_MAX_BASIS];
+    hpr_block_result result = {0};
+    hpr_point_gather(&task, spot->s, spot->t, row, w->scratch, &result);
     for (size_t c = 0; c < g->channel_count; c++) {
         const double *sent = hpr_tree_take(tree, send, degree, g->sent + c * tree->dof_count, room);
-        double sum = 0;
         for (size_t k = 0; k < hpr_tree_count(tree, send, degree); k++)
-            sum += block[k] * sent[k];
-        irradiance[c] += sum / sqrt(cell->area_m2);
+            irradiance[c] += row[k] * sent[k];
     }
     w->counts[HPR_COUNT_KERNEL] += result.kernel_count;
     w->counts[HPR_COUNT_RAYS] += result.ray_count;
@@ -110,14 +74,13 @@ static void gather_spot(const gathering *g, worker *w, const hpr_spot *spot, dou
     memset(irradiance, 0, g->channel_count * sizeof *irradiance);
     if (!hpr_coverage_open(g->coverage, spot->leaf, spot->s, spot->t))
         return;
-    hpr_element_frame cell = cell_frame(g, spot);
     for (uint32_t node = g->elements->leaf[spot->leaf]; node != HPR_NONE; node = g->parent[node]) {
         for (size_t i = links->row[node]; i < links->row[node + 1]; i++) {
             const hpr_link *link = &links->link[links->row_link[i]];
             if (link->recv == node)
-                add_node(g, w, &cell, node, link->send, link->send_degree, irradiance);
+                add_node(g, w, spot, link->send, link->send_degree, irradiance);
             else
-                add_node(g, w, &cell, node, link->recv, link->recv_degree, irradiance);
+                add_node(g, w, spot, link->recv, link->recv_degree, irradiance);
         }
     }
 }
@@ -132,7 +95,7 @@ static hpr_status make_workers(gathering *g)
         worker *w = &g->workers[t];
         status = hpr_views_cursor_create(g->views, &w->cursor);
         if (status == HPR_OK)
-            status = hpr_block_scratch_create(ctx, &w->scratch);
+            status = hpr_point_scratch_create(ctx, &w->scratch);
         if (status == HPR_OK)
             status = hpr_allocate_into(ctx, &w->candidate, occluders, sizeof(uint32_t), "spots");
         if (status == HPR_OK)
@@ -158,8 +121,6 @@ static hpr_status prepare(gathering *g)
     if (status == HPR_OK)
         status = hpr_views_create(g->visibility, NULL, &g->views);
     if (status == HPR_OK)
-        status = hpr_quadrature_create(ctx, &g->quadrature);
-    if (status == HPR_OK)
         status = make_workers(g);
     return status;
 }
@@ -172,13 +133,12 @@ static void shut_down(gathering *g)
         for (int c = 0; c < HPR_COUNTER_COUNT; c++)
             hpr_count(ctx, (hpr_counter)c, w->counts[c]);
         hpr_views_cursor_destroy(&w->cursor);
-        hpr_block_scratch_destroy(&w->scratch);
+        hpr_point_scratch_destroy(&w->scratch);
         hpr_release(ctx, w->candidate);
         hpr_release(ctx, w->blocker);
     }
     hpr_release(ctx, g->workers);
     hpr_release(ctx, g->parent);
-    hpr_quadrature_destroy(&g->quadrature);
     hpr_views_destroy(&g->views);
     hpr_visibility_destroy(&g->visibility);
 }

@@ -11,12 +11,11 @@ typedef struct hpr_spot {
 } hpr_spot;
 
 /*
- * irradiance [count][channels] = ∫ G(x,y) V(x,y) B(y) dA_y, x the spot, averaged over a cell around it of a
- * hundred-thousandth of the leaf's width, B what the nodes send that the spot's leaf and its ancestors are linked with, sent
- * [channels][tree's dofs] (solver/operator.h): Sloan's iterate, of which the solution is the projection. 0
- * where something covers the spot. Each integral over a node is as exact as `tolerance`, relative; what comes
- * between is clipped, or sampled if there is too much of it. Same bits for any thread count. Errors:
- * HPR_ERR_MEMORY, HPR_ERR_DEVICE, HPR_ERR_INTERRUPTED. Source: Sloan 1976.
+ * irradiance [count][channels] = ∫ G(x,y) V(x,y) B(y) dA_y, x the spot, B what the nodes send that the spot's
+ * leaf and its ancestors are linked with, sent [channels][tree's dofs] (solver/operator.h): Sloan's iterate,
+ * of which the solution is the projection. 0 where something covers the spot. Each integral over a node is as
+ * exact as `tolerance`, relative; what comes between is clipped, or sampled if there is too much of it. Same
+ * bits for any thread count. Errors: HPR_ERR_MEMORY, HPR_ERR_DEVICE, HPR_ERR_INTERRUPTED. Source: Sloan 1976.
  */
 hpr_status hpr_spots_gather(const hpr_links *links, const hpr_coverage *coverage, size_t channel_count,
                             const double *sent, double tolerance, size_t count, const hpr_spot *spot,

@@ -90,8 +90,7 @@ static hpr_rule clipped_rule(const hpr_block_task *task, const double at[2], con
                       .recv_nodes = {1, 1},
                       .box = hpr_box_unit(),
                       .inner = *inner,
-                      .inner_degree = task->send.shape == HPR_SHAPE_TRIANGLE ? task->send.degree
-                                                                             : 2 * task->send.degree,
+                      .inner_degree = hpr_total_degree(&task->send),
                       .tolerance = task->tolerance};
 }
 
@@ -115,8 +114,8 @@ static hpr_polygon whole_polygon(hpr_shape shape)
     return (hpr_polygon){4, {{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
 }
 
-void hpr_point_gather(const hpr_quadrature *quadrature, const hpr_block_task *task, double s, double t,
-                      double *row, hpr_point_scratch *scratch, hpr_block_result *result)
+void hpr_point_gather(const hpr_block_task *task, double s, double t, double *row, hpr_point_scratch *scratch,
+                      hpr_block_result *result)
 {
     const hpr_element_frame *send = &task->send;
     const double at[2] = {s, t};
@@ -144,7 +143,7 @@ void hpr_point_gather(const hpr_quadrature *quadrature, const hpr_block_task *ta
         if (front.count < 3)
             continue;
         hpr_rule rule = clip ? clipped_rule(task, at, &front) : open_rule(task, at, &front);
-        hpr_rule_points(hpr_quadrature_gauss(quadrature), &pair, &rule, &scratch->points, add_group, &a);
+        hpr_rule_points(&hpr_gauss, &pair, &rule, &scratch->points, add_group, &a);
     }
     result->clip_count += clip;
 }

@@ -16,7 +16,7 @@ void hpr_point_scratch_destroy(hpr_point_scratch **scratch);
  * more than HPR_CLIP_BLOCKERS blockers. Of the task, the receiver's degree and parts, negligible, contact_m
  * and clip do not matter. Adds to the counts. Concurrent calls allowed with distinct row, scratch and result.
  */
-void hpr_point_gather(const hpr_quadrature *quadrature, const hpr_block_task *task, double s, double t,
-                      double *row, hpr_point_scratch *scratch, hpr_block_result *result);
+void hpr_point_gather(const hpr_block_task *task, double s, double t, double *row, hpr_point_scratch *scratch,
+                      hpr_block_result *result);
 
 #endif

@@ -117,19 +117,18 @@ static hpr_status carry_out(hpr_solution *solution, const decision *decisions, s
     return status;
 }
 
-hpr_status hpr_adapt(hpr_solution *solution, const hpr_indicator *indicator, hpr_refine_mode mode, double goal,
-                     size_t *refined)
+hpr_status hpr_adapt(hpr_solution *solution, const hpr_indicator *indicator, double goal, size_t *refined)
 {
     static const double growth = 1.5; /* coefficients that a step may add, relative to what there are */
     size_t count = solution->elements->leaf_count;
     decision *decisions = NULL;
     *refined = 0;
-    hpr_status status = hpr_allocate_into(solution->context, &decisions, count, sizeof *decisions,
-                                          "refined elements");
+    hpr_status status =
+        hpr_allocate_into(solution->context, &decisions, count, sizeof *decisions, "refined elements");
     if (status != HPR_OK)
         return status;
     for (size_t leaf = 0; leaf < count; leaf++)
-        decisions[leaf] = decide(solution, &indicator[leaf], leaf, mode);
+        decisions[leaf] = decide(solution, &indicator[leaf], leaf, solution->summary.options.refine);
     qsort(decisions, count, sizeof *decisions, by_error);
     *refined = choose_count(decisions, count, goal * goal, growth * (double)solution->summary.dof_count);
     status = carry_out(solution, decisions, *refined);

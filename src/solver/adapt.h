@@ -13,7 +13,6 @@
  * elements that were refined in *refined: 0 if none could be. The solution's arrays are left as they are and
  * belong to the old elements. Errors: HPR_ERR_MEMORY.
  */
-hpr_status hpr_adapt(hpr_solution *solution, const hpr_indicator *indicator, hpr_refine_mode mode, double goal,
-                     size_t *refined);
+hpr_status hpr_adapt(hpr_solution *solution, const hpr_indicator *indicator, double goal, size_t *refined);
 
 #endif

@@ -6,7 +6,7 @@
 
 enum { BANDS = HPR_MAX_ORDER + 1 };
 
-/* Squares of the bands of one leaf, of all channels with their weight, and of each channel's last two. */
+/* Squares of the bands of one leaf, of all channels with their weight. */
 typedef struct bands {
     int degree;
     double square[2][BANDS];
@@ -29,8 +29,8 @@ static int degree_of(hpr_shape shape, int degree, int axis, size_t k)
     return total;
 }
 
-static void add_channel(hpr_shape shape, const double *coefficient, size_t count, size_t stride, double weight,
-                        bands *b)
+static void add_channel(hpr_shape shape, const double *coefficient, size_t count, size_t stride,
+                        double weight, bands *b)
 {
     for (int axis = 0; axis < axes(shape); axis++) {
         for (size_t k = 0; k < count; k++) {
@@ -40,8 +40,11 @@ static void add_channel(hpr_shape shape, const double *coefficient, size_t count
     }
 }
 
+/* Of a constant there is one band only. */
 static double last_bands(const bands *b, int axis)
 {
+    if (b->degree == 0)
+        return b->square[axis][0];
     return b->square[axis][b->degree] + b->square[axis][b->degree - 1];
 }
 
@@ -49,6 +52,8 @@ static double last_bands(const bands *b, int axis)
 static double fall(const double *square, int degree)
 {
     static const double slowest = 0.85, fastest = 0.02;
+    if (degree < 2)
+        return slowest;
     int pair = degree >= 4 ? 2 : 1, apart = degree >= 4 ? 2 : 1;
     double last = 0, before = 0;
     for (int k = 0; k < pair; k++) {
@@ -68,35 +73,22 @@ static double tail(double q)
 }
 
 void hpr_indicate(hpr_solution *solution, const hpr_coverage *coverage, const double *indirect,
-                  const double *weight, hpr_indicator *indicator, double *channel_error2)
+                  const double *weight, hpr_indicator *indicator)
 {
     const hpr_elements *e = solution->elements;
     size_t n = solution->channel_count;
-    for (size_t c = 0; c < n; c++)
-        channel_error2[c] = 0;
     for (size_t leaf = 0; leaf < e->leaf_count; leaf++) {
         uint32_t node = e->leaf[leaf];
         hpr_shape shape = (hpr_shape)solution->patches->shape[e->patch[node]];
-        const double *first = indirect + n * e->dof[leaf];
         size_t count = e->dof[leaf + 1] - e->dof[leaf];
-        double open = hpr_coverage_open_share(coverage, leaf), most = 0;
+        double open = hpr_coverage_open_share(coverage, leaf);
         bands all = {.degree = e->degree[node]};
         for (size_t c = 0; c < n; c++)
-            add_channel(shape, first + c, count, n, weight[c], &all);
-        for (int axis = 0; axis < 2; axis++) {
-            double q = indicator[leaf].ratio[axis] = axis < axes(shape) ? fall(all.square[axis], all.degree) : 0;
-            indicator[leaf].error2[axis] =
-                axis < axes(shape) ? open * tail(q) * last_bands(&all, axis) : 0;
+            add_channel(shape, indirect + n * e->dof[leaf] + c, count, n, weight[c], &all);
+        indicator[leaf] = (hpr_indicator){{0, 0}, {0, 0}};
+        for (int axis = 0; axis < axes(shape); axis++) {
+            double q = indicator[leaf].ratio[axis] = fall(all.square[axis], all.degree);
+            indicator[leaf].error2[axis] = open * tail(q) * last_bands(&all, axis);
         }
-        for (size_t c = 0; c < n; c++) {
-            bands one = {.degree = all.degree};
-            add_channel(shape, first + c, count, n, 1, &one);
-            double error2 = 0;
-            for (int axis = 0; axis < axes(shape); axis++)
-                error2 += open * tail(indicator[leaf].ratio[axis]) * last_bands(&one, axis);
-            channel_error2[c] += error2;
-            most = fmax(most, error2);
-        }
-        solution->error[leaf] = sqrt(most);
     }
 }

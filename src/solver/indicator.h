@@ -17,11 +17,11 @@ typedef struct hpr_indicator {
 } hpr_indicator;
 
 /*
- * indirect: [dofs][channels] coefficients of what the basis carries; weight [channels]: error2 is the sum over
- * channels of weight times W2. indicator [leaf_count]; channel_error2 [channels]: sums over the leaves of the
- * squares, without weight, W2; solution->error: root of a leaf's, the largest channel's. Sums in fixed order.
+ * indirect: [dofs][channels] coefficients of what the basis carries; weight [channels]: error2 is the sum
+ * over channels of weight times (W/m2 m)2. indicator [leaf_count]. Below degree 2 the coefficients tell
+ * little: error2 then is an upper bound.
  */
 void hpr_indicate(hpr_solution *solution, const hpr_coverage *coverage, const double *indirect,
-                  const double *weight, hpr_indicator *indicator, double *channel_error2);
+                  const double *weight, hpr_indicator *indicator);
 
 #endif

@@ -56,7 +56,8 @@ static void choose_spots(measuring *m)
         double part = part_of(e, area, error2, m->indicator, leaf);
         passed += part;
         bool last = leaf + 1 == e->leaf_count;
-        for (size_t k = 0; next < m->count && (last || ((double)next + 0.5) / (double)m->count < passed); k++) {
+        for (size_t k = 0; next < m->count && (last || ((double)next + 0.5) / (double)m->count < passed);
+             k++) {
             m->spot[next] = place(m->solution, leaf, k);
             m->weight[next++] = e->area_m2[e->leaf[leaf]] / part;
         }
@@ -88,8 +89,8 @@ static hpr_status gather(measuring *m, double tolerance)
     for (size_t patch = 0; status == HPR_OK && patch < patches->count; patch++)
         hpr_operator_send(op, patch, radiosity);
     if (status == HPR_OK)
-        status = hpr_spots_gather(m->transport->links, m->transport->coverage, n, op->sent, tolerance, m->count,
-                                  m->spot, m->irradiance);
+        status = hpr_spots_gather(m->transport->links, m->transport->coverage, n, op->sent, tolerance,
+                                  m->count, m->spot, m->irradiance);
     hpr_operator_destroy(&op);
     hpr_release(ctx, radiosity);
     return status;
@@ -132,9 +133,10 @@ static hpr_residual sum_up(const measuring *m)
     return worst;
 }
 
-/* The mean of the squares at a leaf's points is an estimate of what it leaves out. */
+/* The mean of the squares at a leaf's points is an estimate of what it leaves out, if there are some. */
 static void correct_indicator(const measuring *m)
 {
+    enum { ENOUGH = 4 };
     const hpr_elements *e = m->solution->elements;
     size_t n = m->solution->channel_count;
     for (size_t first = 0, end; first < m->count; first = end) {
@@ -144,7 +146,10 @@ static void correct_indicator(const measuring *m)
             for (size_t c = 0; c < n; c++)
                 sum += m->norm2[c] > 0 ? square_at(m, end, c) / m->norm2[c] : 0;
         }
-        double area = e->area_m2[e->leaf[leaf]], error2 = sum * area / (m->weight[first] * (double)(end - first));
+        if (end - first < ENOUGH)
+            continue;
+        double area = e->area_m2[e->leaf[leaf]],
+               error2 = sum * area / (m->weight[first] * (double)(end - first));
         hpr_indicator *it = &m->indicator[leaf];
         double told = it->error2[0] + it->error2[1], factor = told > 0 ? error2 / told : 1;
         for (int axis = 0; axis < 2; axis++)

@@ -32,3 +32,14 @@ bool hpr_resolution_choose(const hpr_patches *patches, hpr_solve_options *option
         options->feet = step == 0 ? HPR_DEFAULT_FEET : 0;
     return step == 0;
 }
+
+void hpr_resolution_begin(const hpr_patches *patches, hpr_solve_options *options)
+{
+    enum { FINE = 4, COARSE = 2 };
+    if (options->order == HPR_CHOOSE)
+        options->order = count_dofs(patches, FINE, 0) <= HPR_RESOLUTION_DOFS ? FINE : COARSE;
+    if (options->subdivide == HPR_CHOOSE)
+        options->subdivide = 0;
+    if (options->feet == HPR_CHOOSE)
+        options->feet = 0;
+}

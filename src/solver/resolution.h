@@ -19,4 +19,10 @@ enum { HPR_RESOLUTION_DOFS = 12000 };
  */
 bool hpr_resolution_choose(const hpr_patches *patches, hpr_solve_options *options);
 
+/*
+ * The same where elements are refined until a tolerance is met: whole patches, of degree 4 if that makes at
+ * most HPR_RESOLUTION_DOFS coefficients, else 2, the least whose coefficients tell how smooth the light is.
+ */
+void hpr_resolution_begin(const hpr_patches *patches, hpr_solve_options *options);
+
 #endif

@@ -86,7 +86,9 @@ static hpr_status refine_feet(hpr_solution *solution, int times)
 static void choose_resolution(hpr_solution *solution, const hpr_scene *scene)
 {
     hpr_solve_options *options = &solution->summary.options;
-    if (!hpr_resolution_choose(solution->patches, options))
+    if (options->tolerance > 0)
+        hpr_resolution_begin(solution->patches, options);
+    else if (!hpr_resolution_choose(solution->patches, options))
         hpr_warn(solution->context,
                  "%s: %zu patches are many for --order %d --subdivide %d --feet %d, so it is --order %d "
                  "--subdivide %d --feet %d; these options choose otherwise",

@@ -4,6 +4,8 @@
 #include "solver/tolerance.h"
 #include "solver/transport.h"
 
+#include <math.h>
+
 void hpr_solve_options_init(hpr_solve_options *options)
 {
     *options = (hpr_solve_options){.order = HPR_CHOOSE,
@@ -26,6 +28,11 @@ static hpr_status check_options(hpr_context *ctx, const hpr_solve_options *optio
     if (options->grade < 0 || options->grade > HPR_MAX_GRADE)
         return hpr_fail(ctx, HPR_ERR_ARG, "%d levels of grading are not in 0 .. %d", options->grade,
                         HPR_MAX_GRADE);
+    if (!(options->tolerance >= 0 && options->tolerance < 1))
+        return hpr_fail(ctx, HPR_ERR_ARG, "tolerance %g is not in [0, 1)", options->tolerance);
+    if (!(options->max_seconds >= 0 && options->max_bytes >= 0))
+        return hpr_fail(ctx, HPR_ERR_ARG, "limits of %g s and %g bytes are not both 0 or more",
+                        options->max_seconds, options->max_bytes);
     if (!(options->link_tolerance >= 0 && options->link_tolerance < 1))
         return hpr_fail(ctx, HPR_ERR_ARG, "link tolerance %g is not in [0, 1)", options->link_tolerance);
     if (!(options->block_tolerance >= 0 && options->block_tolerance < 1))
@@ -50,8 +57,10 @@ static bool has_light(const hpr_solution *solution)
 static hpr_status transport(hpr_solution *solution, const hpr_solve_options *options)
 {
     static const double direct_tolerance = 1e-5;
-    const hpr_transport_demand demand = {options->link_tolerance, options->block_tolerance, direct_tolerance,
-                                         options->solver_tolerance};
+    const hpr_transport_demand demand = {.link_tolerance = options->link_tolerance,
+                                         .block_tolerance = options->block_tolerance,
+                                         .direct_tolerance = direct_tolerance,
+                                         .solver_tolerance = options->solver_tolerance};
     hpr_transport light;
     hpr_status status = hpr_transport_solve(solution, &demand, &light);
     if (status == HPR_OK)
@@ -76,6 +85,7 @@ hpr_status hpr_solve(hpr_context *context, const hpr_scene *scene, const hpr_sol
         return status;
     solution->context = context;
     solution->summary.options = *options;
+    solution->summary.error_estimate = NAN;
     hpr_stage_begin(context, "mesh");
     status = hpr_setup_describe(solution, scene);
     if (status == HPR_OK)

@@ -32,6 +32,7 @@ typedef struct assembly {
     hpr_quadrature *quadrature;
     hpr_far *far;
     hpr_links *links;
+    const hpr_links *known;
     worker *workers;  /* [threads] */
     uint8_t *verdict; /* [patches][patches] hpr_verdict, upper triangle */
     hpr_blocked blocked;
@@ -152,6 +153,7 @@ static hpr_status make_links(assembly *a, const hpr_links_demand *demand)
         status = hpr_allocate_into(a->context, &links->row, node_count(a) + 1, sizeof *links->row, "links");
     if (status != HPR_OK)
         return status;
+    links->row_count = node_count(a);
     place_blocks(a);
     status = check_memory(a);
     if (status == HPR_OK)
@@ -257,9 +259,30 @@ static void integrate_far(const assembly *a, worker *w, const hpr_block_task *ta
     w->counts[HPR_COUNT_KERNEL] += result.kernel_count;
 }
 
+/* The block of a link as it was before, if it was clipped: rays have an error that is not kept. */
+static const double *find_known(const assembly *a, const hpr_link *link)
+{
+    const hpr_links *known = a->known;
+    if (!known || known->sampling_error > 0 || link->recv >= known->row_count ||
+        link->send >= known->row_count)
+        return NULL;
+    for (size_t i = known->row[link->recv]; i < known->row[link->recv + 1]; i++) {
+        const hpr_link *old = &known->link[known->row_link[i]];
+        if (old->recv == link->recv && old->send == link->send && old->recv_degree == link->recv_degree &&
+            old->send_degree == link->send_degree)
+            return known->block + old->offset;
+    }
+    return NULL;
+}
+
 static void integrate_near(const assembly *a, worker *w, hpr_block_task *task, size_t l)
 {
     const hpr_link *link = &a->links->link[l];
+    const double *known = find_known(a, link);
+    if (known) {
+        memcpy(a->links->block + link->offset, known, hpr_link_size(a->links, link) * sizeof *known);
+        return;
+    }
     double recv_m2 = task->recv.area_m2 * hpr_tree_open_share(a->links->tree, a->coverage, link->recv),
            send_m2 = task->send.area_m2 * hpr_tree_open_share(a->links->tree, a->coverage, link->send);
     hpr_blocked_decide(&a->blocked, recv_m2, send_m2, task);
@@ -392,7 +415,11 @@ hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *
 {
     const hpr_patches *patches = hpr_coverage_patches(coverage);
     hpr_context *ctx = patches->context;
-    assembly a = {.coverage = coverage, .patches = patches, .elements = elements, .context = ctx};
+    assembly a = {.coverage = coverage,
+                  .patches = patches,
+                  .elements = elements,
+                  .context = ctx,
+                  .known = demand->known};
     *out = NULL;
     hpr_status status = hpr_allocate_into(ctx, &a.links, 1, sizeof *a.links, "links");
     if (status != HPR_OK)
@@ -403,6 +430,8 @@ hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *
         status = make_links(&a, demand);
     if (status == HPR_OK) {
         choose_tolerances(&a, demand->block_tolerance);
+        if (a.known)
+            a.links->block_error = a.known->block_error;
         integrate_all(&a);
         if (hpr_cancelled(ctx))
             status = hpr_fail(ctx, HPR_ERR_INTERRUPTED, "interrupted during assembly");

@@ -22,7 +22,8 @@ typedef struct hpr_links {
     hpr_link *link;
     double *block;
     size_t block_count;       /* doubles in block */
-    size_t *row;              /* [node_count + 1] into row_link */
+    size_t row_count;         /* of nodes */
+    size_t *row;              /* [row_count + 1] into row_link */
     uint32_t *row_link;       /* links of each node, rising */
     bool occluded;            /* some pair of patches may be blocked */
     double area_m2;           /* of all patches */
@@ -41,6 +42,8 @@ typedef struct hpr_links {
 typedef struct hpr_links_demand {
     double link_tolerance;  /* 0: chosen */
     double block_tolerance; /* relative, per block; 0: chosen */
+    const hpr_links *known; /* the links of these trees before some leaves were refined, with the same
+                               tolerances; their blocks are taken over where they still serve. NULL: none */
     const bool *sends;      /* [patches] does it reflect or emit? Pairs of which none does have no link. */
 } hpr_links_demand;
 

@@ -1,9 +1,11 @@
 #include "solver/residual.h"
 
 #include "basis/basis.h"
+#include "direct/environment.h"
 #include "link/spots.h"
 #include "math/hash.h"
 #include "solver/operator.h"
+#include "solver/outside.h"
 
 #include <math.h>
 
@@ -96,6 +98,33 @@ static hpr_status gather(measuring *m, double tolerance)
     return status;
 }
 
+/* What the basis carries of the light from outside: S V, or pi L V. */
+static hpr_status add_outside(measuring *m)
+{
+    enum { SIDE = 64 }; /* of the lattices of rays, if V cannot be clipped */
+    static const double pi = 3.14159265358979323846;
+    const hpr_solution *solution = m->solution;
+    const hpr_elements *e = solution->elements;
+    size_t n = solution->channel_count;
+    bool exact = solution->summary.environment == HPR_ENVIRONMENT_EXACT;
+    hpr_environment *environment = NULL;
+    hpr_status status = hpr_environment_create(solution->patches, e, &environment);
+    bool clip = status == HPR_OK && hpr_environment_affordable(environment);
+#pragma omp parallel for schedule(dynamic, 1) num_threads(hpr_context_threads(solution->context))
+    for (size_t i = 0; i < (status == HPR_OK ? m->count : 0); i++) {
+        uint32_t node = e->leaf[m->spot[i].leaf], patch = e->patch[node];
+        hpr_element_frame frame = hpr_node_frame(solution->patches, e, node);
+        hpr_vec3 x = hpr_frame_point(&frame, m->spot[i].s, m->spot[i].t);
+        double part = clip ? hpr_environment_opening(environment, patch, x).part
+                           : hpr_environment_sample(environment, patch, x, SIDE, i).part;
+        for (size_t c = 0; c < n; c++)
+            m->irradiance[n * i + c] +=
+                part * (exact ? solution->surroundings[n * patch + c] : pi * solution->environment[c]);
+    }
+    hpr_environment_destroy(&environment);
+    return status;
+}
+
 /* H~ - H at a spot, squared, times the inverse density, of one channel. */
 static double square_at(const measuring *m, size_t i, size_t channel)
 {
@@ -178,6 +207,8 @@ hpr_status hpr_residual_measure(const hpr_solution *solution, const hpr_transpor
         choose_spots(&m);
         status = gather(&m, tolerance);
     }
+    if (status == HPR_OK && hpr_outside_shines(solution))
+        status = add_outside(&m);
     if (status == HPR_OK) {
         *residual = sum_up(&m);
         correct_indicator(&m);

@@ -1,7 +1,7 @@
 /*
- * How far a solution is from what its own radiosity sends to its points: ‖H~ - H‖ with H~ = D + K rho H.
- * H is the projection of H~, so K of the difference is small, and ‖H~ - H‖ is the error of H to leading
- * order. Source: Sloan 1976; Atkinson 1997, ch. 3.
+ * How far a solution is from what its own radiosity sends to its points: ‖H~ - H‖ with H~ = D + K rho H,
+ * light from outside counted with D. H is the projection of H~, so K of the difference is small, and ‖H~ - H‖
+ * is the error of H to leading order. Source: Sloan 1976; Atkinson 1997, ch. 3.
  */
 #ifndef HPR_SOLVER_RESIDUAL_H
 #define HPR_SOLVER_RESIDUAL_H

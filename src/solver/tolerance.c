@@ -159,7 +159,8 @@ hpr_status hpr_tolerance_solve(hpr_solution *solution)
     enum { MAX_STEPS = 100 };
     static const double aim = 0.8; /* of the tolerance, for a step that should be the last */
     const hpr_solve_options *options = &solution->summary.options;
-    const hpr_transport_demand demand = demand_for(options);
+    hpr_transport_demand demand = demand_for(options);
+    hpr_links *known = NULL;
     double begun = omp_get_wtime();
     hpr_status status = HPR_OK;
     bool last = false;
@@ -179,9 +180,14 @@ hpr_status hpr_tolerance_solve(hpr_solution *solution)
             spread_error(solution, &s);
             status = hpr_transport_finish(solution, &s.light);
         }
+        hpr_links_destroy(&known);
+        known = s.light.links;
+        demand.known = known;
+        s.light.links = NULL;
         solution->summary.steps = count;
         solution->summary.reached = reached;
         close_step(solution, &s);
     }
+    hpr_links_destroy(&known);
     return status;
 }

@@ -143,7 +143,7 @@ static hpr_status link_up(const hpr_solution *solution, const hpr_coverage *cove
     bool emission = solution->summary.direct == HPR_DIRECT_GALERKIN;
     for (size_t i = 0; i < patches->count * n; i++)
         sends[i / n] |= patches->reflectance[i] > 0 || (emission && patches->exitance[i] > 0);
-    const hpr_links_demand demand = {asked->link_tolerance, asked->block_tolerance, sends};
+    const hpr_links_demand demand = {asked->link_tolerance, asked->block_tolerance, asked->known, sends};
     status = hpr_links_assemble(coverage, solution->elements, &demand, links);
     hpr_release(solution->context, sends);
     return status;

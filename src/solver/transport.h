@@ -11,6 +11,7 @@ typedef struct hpr_transport_demand {
     double link_tolerance, block_tolerance; /* 0: chosen (link/links.h) */
     double direct_tolerance;                /* of the moments of direct light where something blocks it */
     double solver_tolerance;
+    const hpr_links *known; /* of the elements before they were refined (link/links.h), or NULL */
 } hpr_transport_demand;
 
 typedef struct hpr_transport {

@@ -29,7 +29,7 @@ static int functions(const hpr_solution *solution, size_t leaf, int degree)
  * error falls by about 2^-(p+1) where H is smooth and by some 2^-1 where not, with 2p+3 more by q. */
 static bool is_smooth(const hpr_indicator *indicator, int axis)
 {
-    static const double smooth = 0.35;
+    static const double smooth = 0.25;
     return indicator->ratio[axis] < smooth;
 }
 

@@ -157,7 +157,7 @@ static hpr_status take_step(hpr_solution *solution, const hpr_transport_demand *
 hpr_status hpr_tolerance_solve(hpr_solution *solution)
 {
     enum { MAX_STEPS = 100 };
-    static const double aim = 0.8; /* of the tolerance, for a step that should be the last */
+    static const double aim = 0.6; /* of the tolerance, for a step that should be the last */
     const hpr_solve_options *options = &solution->summary.options;
     hpr_transport_demand demand = demand_for(options);
     hpr_links *known = NULL;

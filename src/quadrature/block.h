@@ -44,7 +44,7 @@ typedef struct hpr_block_task {
 
 typedef enum hpr_block_status {
     HPR_BLOCK_WITHIN,  /* the estimated error is within the tolerance */
-    HPR_BLOCK_ROUNDED, /* that of the quadrature is; but what rounding may do to the coordinates exceeds it */
+    HPR_BLOCK_ROUNDED, /* only with what rounding may do to the coordinates, most of the error, it is not */
     HPR_BLOCK_SHORT,   /* that of the quadrature is not */
     HPR_BLOCK_SAMPLED  /* visibility was sampled: the error is a guess */
 } hpr_block_status;

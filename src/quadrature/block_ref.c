@@ -342,7 +342,7 @@ static hpr_block_status status_of(const evaluation *e, const estimate *error, bo
     double allowed = fmax(e->task->tolerance * most, e->task->negligible);
     if (e->sampled)
         return HPR_BLOCK_SAMPLED;
-    if (!complete || error->quadrature > allowed)
+    if (!complete || error->quadrature > fmax(allowed, error->rounding))
         return HPR_BLOCK_SHORT;
     return error->quadrature + error->rounding > allowed ? HPR_BLOCK_ROUNDED : HPR_BLOCK_WITHIN;
 }

@@ -230,8 +230,9 @@ static void clip_parts(chooser *c, const hpr_polygon *recv, const hpr_polygon *s
         return;
     if (constants(c)) {
         double scale_m2 = sqrt(c->pair->recv.area_m2 * c->pair->send.area_m2);
-        hpr_partial part = hpr_partial_integrate(c->gauss, c->pair, recv, send, c->demand->tolerance,
-                                                 c->demand->negligible * scale_m2, c->scratch->cell);
+        const hpr_partial_demand whole = {.tolerance = c->demand->tolerance,
+                                          .allowed_m2 = c->demand->negligible * scale_m2};
+        hpr_partial part = hpr_partial_integrate(c->gauss, c->pair, recv, send, &whole, c->scratch->cell);
         c->outcome.exchange_m2 += part.exchange_m2;
         c->outcome.stopped_short |= !part.complete;
         c->outcome.error += part.error_m2 / scale_m2;
@@ -363,9 +364,13 @@ static void clipped(chooser *c, const hpr_contact *contact)
 static void slit_wedge(chooser *c, const hpr_contact *contact)
 {
     double scale_m2 = sqrt(c->pair->recv.area_m2 * c->pair->send.area_m2);
-    hpr_partial part =
-        hpr_partial_integrate(c->gauss, c->pair, &contact->recv_front, &contact->send_front, c->outcome.flat,
-                              c->demand->negligible * scale_m2, c->scratch->cell);
+    const hpr_partial_demand demand = {.tolerance = c->demand->tolerance,
+                                       .allowed_m2 = c->demand->negligible * scale_m2,
+                                       .flat = c->outcome.flat,
+                                       .swept_m2 = c->outcome.swept * scale_m2,
+                                       .slit = true};
+    hpr_partial part = hpr_partial_integrate(c->gauss, c->pair, &contact->recv_front, &contact->send_front,
+                                             &demand, c->scratch->cell);
     c->outcome.exchange_m2 += part.exchange_m2;
     c->outcome.error += part.error_m2 / scale_m2;
 }

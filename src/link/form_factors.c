@@ -97,32 +97,45 @@ static size_t packed_row(size_t count, size_t i)
     return i * count - i * (i - 1) / 2;
 }
 
-/* A_i F_ij, i <= j. Pairs within one row count in both directions. */
-static double sum_entry(const assembly *a, worker *w, size_t i, size_t j, double tolerance)
+/* A_p F_pq to a relative tolerance. */
+static double integrate_exchange(const assembly *a, worker *w, size_t p, size_t q, double tolerance)
 {
+    const double *area = a->rows->patches->area_m2;
+    w->tolerance = tolerance;
+    return integrate_pair(a, w, p, q) ? sqrt(area[p]) * sqrt(area[q]) * w->block[0] : 0;
+}
+
+/* A_i F_ij, i <= j, each pair of patches to an absolute error as well (INFINITY: only relative). Pairs within
+ * one row count in both directions. */
+static double sum_entry(const assembly *a, worker *w, size_t i, size_t j, double allowed_m2)
+{
+    static const double tight = 1e-14;
     const hpr_rows *rows = a->rows;
     double sum = 0;
-    w->tolerance = tolerance;
     for (size_t m = rows->first[i]; m < rows->first[i + 1]; m++) {
         for (size_t n = i == j ? m + 1 : rows->first[j]; n < rows->first[j + 1]; n++) {
             uint32_t p = rows->member[m], q = rows->member[n];
-            if (integrate_pair(a, w, p, q))
-                sum += sqrt(rows->patches->area_m2[p]) * sqrt(rows->patches->area_m2[q]) * w->block[0];
+            double part = integrate_exchange(a, w, p, q, a->tolerance);
+            if (part * a->tolerance > allowed_m2)
+                part = integrate_exchange(a, w, p, q, fmax(tight, allowed_m2 / part));
+            sum += part;
         }
     }
     return i == j ? 2 * sum : sum;
 }
 
-/* Where one sees hardly anything but the other, an error within the tolerance might make that more than all.
- */
+/* Where one sees hardly anything but the other, an error within the tolerance might make that more than all:
+ * then the errors of all pairs of patches together must be rounding. */
 static void integrate_entry(const assembly *a, worker *w, size_t i, size_t j)
 {
-    static const double tight = 1e-14;
-    double smaller = fmin(a->rows->row[i].area_m2, a->rows->row[j].area_m2);
-    double sum = sum_entry(a, w, i, j, a->tolerance);
-    if (sum > (1 - a->tolerance) * smaller && a->tolerance > tight) {
+    static const double rounding = 1e-14;
+    const hpr_rows *rows = a->rows;
+    double smaller = fmin(rows->row[i].area_m2, rows->row[j].area_m2);
+    double sum = sum_entry(a, w, i, j, INFINITY);
+    if (sum > (1 - a->tolerance) * smaller) {
         const hpr_pairs_done done = w->done;
-        sum = sum_entry(a, w, i, j, tight);
+        size_t pairs = (rows->first[i + 1] - rows->first[i]) * (rows->first[j + 1] - rows->first[j]);
+        sum = sum_entry(a, w, i, j, rounding * smaller / (double)pairs);
         w->done = done;
     }
     a->result[packed_row(a->rows->count, i) + (j - i)] = sum;

@@ -19,7 +19,13 @@ typedef struct hpr_block_scratch hpr_block_scratch;
 hpr_status hpr_block_scratch_create(hpr_context *ctx, hpr_block_scratch **scratch);
 void hpr_block_scratch_destroy(hpr_block_scratch **scratch);
 
-enum { HPR_CLIP_BLOCKERS = 64 };
+enum {
+    HPR_CLIP_BLOCKERS = 64,
+    /* Evaluations of the kernel that one block may take, at most so many and a few for each rule that is left
+     * then: some ten seconds for constants. Beyond it the block is completed roughly and is HPR_BLOCK_SHORT.
+     */
+    HPR_BLOCK_KERNELS = 1000000000
+};
 
 typedef struct hpr_block_task {
     hpr_element_frame recv, send;
@@ -27,6 +33,7 @@ typedef struct hpr_block_task {
     double negligible; /* an absolute error that does not matter either, >= 0: far pairs get fewer nodes */
     double contact_m;  /* points nearer than this count as touching, >= 0; a view through a slit as narrow is
                           none */
+    uint64_t kernel_limit; /* in place of HPR_BLOCK_KERNELS; 0: that */
     /* Occluders that may come between; count 0: wholly visible, V = 1. Else V is sampled by a ray per pair of
      * quadrature points, and the tolerance does not cover the error of that, see sampling_error; or, with
      * `clip` and for at most HPR_CLIP_BLOCKERS of them, the visible part is clipped exactly and the tolerance
@@ -44,7 +51,7 @@ typedef struct hpr_block_task {
 
 typedef enum hpr_block_status {
     HPR_BLOCK_WITHIN,  /* the estimated error is within the tolerance */
-    HPR_BLOCK_ROUNDED, /* that of the quadrature is; but what rounding may do to the coordinates exceeds it */
+    HPR_BLOCK_ROUNDED, /* only with what rounding may do to the coordinates, most of the error, it is not */
     HPR_BLOCK_SHORT,   /* that of the quadrature is not */
     HPR_BLOCK_SAMPLED  /* visibility was sampled: the error is a guess */
 } hpr_block_status;

@@ -70,6 +70,7 @@ typedef struct evaluation {
      * what the rules contribute at most to an entry */
     double error[3], size[3];
     bool sampled; /* visibility, by rays */
+    bool spent;   /* the budget of evaluations */
     hpr_block_scratch *scratch;
     hpr_block_result *result;
     const hpr_rule *rule; /* the one whose points are added */
@@ -195,10 +196,29 @@ static void add(double *to, const double *from, size_t count)
         to[i] += from[i];
 }
 
-static void add_rule(void *user, const hpr_rule *rule)
+/* A rule of the same kind with few points, for when the budget is spent. */
+static hpr_rule rough(const hpr_rule *rule)
+{
+    static const double tolerance = 1e-2, error = 2; /* of what it contributes */
+    hpr_rule few = *rule;
+    int *nodes[] = {few.recv_nodes,   few.recv_nodes + 1,   few.send_nodes,    few.send_nodes + 1,
+                    few.nested.nodes, few.nested.nodes + 1, &few.kernel_nodes, &few.scale_nodes};
+    for (size_t i = 0; i < sizeof nodes / sizeof *nodes; i++)
+        *nodes[i] = *nodes[i] > 2 ? 2 : *nodes[i];
+    few.tolerance = fmax(few.tolerance, tolerance);
+    few.nested.tolerance = fmax(few.nested.tolerance, tolerance);
+    few.error = fmax(few.error, error);
+    return few;
+}
+
+static void add_rule(void *user, const hpr_rule *chosen)
 {
     evaluation *e = user;
     size_t count = e->n_recv * e->n_send;
+    const hpr_rule few = rough(chosen);
+    e->spent |=
+        e->result->kernel_count >= (e->task->kernel_limit ? e->task->kernel_limit : HPR_BLOCK_KERNELS);
+    const hpr_rule *rule = e->spent ? &few : chosen;
     int level = rule->kind == HPR_RULE_NESTED ? rule->nested.homothety : 0;
     e->rule = rule;
     memset(e->scratch->part, 0, count * sizeof(double));
@@ -342,7 +362,7 @@ static hpr_block_status status_of(const evaluation *e, const estimate *error, bo
     double allowed = fmax(e->task->tolerance * most, e->task->negligible);
     if (e->sampled)
         return HPR_BLOCK_SAMPLED;
-    if (!complete || error->quadrature > allowed)
+    if (!complete || error->quadrature > fmax(allowed, error->rounding))
         return HPR_BLOCK_SHORT;
     return error->quadrature + error->rounding > allowed ? HPR_BLOCK_ROUNDED : HPR_BLOCK_WITHIN;
 }
@@ -390,7 +410,7 @@ hpr_block_result hpr_block_ref(const hpr_quadrature *quadrature, const hpr_block
     if (result.seen)
         error = estimate_of(&e, &outcome, factor, exchange);
     result.error = error.quadrature + error.rounding;
-    result.status = status_of(&e, &error, !outcome.stopped_short);
+    result.status = status_of(&e, &error, !outcome.stopped_short && !e.spent);
     result.clip_count = outcome.clip_count;
     return result;
 }

@@ -7,6 +7,7 @@
 #include "quadrature/partial.h"
 
 #include "math/hull.h"
+#include "quadrature/analytic.h"
 #include "quadrature/cuts.h"
 #include "quadrature/events.h"
 
@@ -20,7 +21,8 @@ typedef struct partial {
     const hpr_element_frame *outer, *inner;
     hpr_convex outline; /* the inner polygon in space */
     double slack;       /* points nearer than this are one */
-    int nodes[2];       /* of the rule that tells the error, of the one that counts */
+    const hpr_partial_demand *demand;
+    int nodes[2]; /* of the rule that tells the error, of the one that counts */
     int count;
     hpr_partial_cell *cell; /* a heap by error, the largest first */
     double value, error;
@@ -149,6 +151,35 @@ static void cull(const partial *p, hpr_partial_cell *q)
     }
 }
 
+/* What an edge of the inner polygon next to the cell may hide from the nodes, the integrand being at most 1;
+ * 0 if the two rules tell by themselves. *axis: along which to halve. */
+static double overlooked(const partial *p, const hpr_partial_cell *q, int *axis)
+{
+    static const double told = 1.7, strength = 4;
+    const double(*c)[2] = q->corner;
+    double least[2] = {INFINITY, INFINITY}, end[2][2], d[2][2];
+    for (int k = 0; k < 6; k++) {
+        bool along_v = k % 2;
+        for (int i = 0; i < 2; i++) {
+            end[0][i] = c[0][i] + 0.25 * (k - along_v) * (c[along_v ? 1 : 3][i] - c[0][i]);
+            end[1][i] = c[along_v ? 3 : 1][i] + 0.25 * (k - along_v) * (c[2][i] - c[along_v ? 3 : 1][i]);
+        }
+        hpr_vec3 from = hpr_frame_point(p->outer, end[0][0], end[0][1]),
+                 to = hpr_frame_point(p->outer, end[1][0], end[1][1]);
+        least[along_v] = fmin(least[along_v], hpr_bernstein(from, to, p->outline.corner, p->outline.count));
+    }
+    double ellipse = fmin(least[0], least[1]);
+    if (!(ellipse < told))
+        return 0;
+    *axis = least[1] < least[0];
+    for (int i = 0; i < 2; i++) {
+        d[0][i] = c[2][i] - c[0][i];
+        d[1][i] = c[3][i] - c[1][i];
+    }
+    double area = fabs(d[0][0] * d[1][1] - d[0][1] * d[1][0]) / 2;
+    return area * fmin(1, strength * pow(ellipse, -2.0 * p->nodes[1]));
+}
+
 /* The difference of the two rules is the error of the lower one: an honest bound where there are kinks, a
  * generous one elsewhere. */
 static void integrate_cell(partial *p, hpr_partial_cell *q)
@@ -164,6 +195,8 @@ static void integrate_cell(partial *p, hpr_partial_cell *q)
     q->value = gauss_sum(p, q, &list, p->nodes[1], values);
     q->axis = bending_axis(values, p->nodes[1]);
     q->error = fabs(q->value - low);
+    if (p->demand->slit)
+        q->error += overlooked(p, q, &q->axis);
 }
 
 static void sift_up(partial *p, int i)
@@ -243,11 +276,18 @@ static void sum_up(partial *p)
     }
 }
 
-/* Halves the worst cell again and again. */
-static void refine(partial *p, double tolerance, double allowed)
+static double allowed(const partial *p, double jacobian)
 {
-    static const double rounding = 1e-15;
-    for (sum_up(p); p->error > hpr_max(allowed, hpr_max(tolerance, rounding) * p->value); sum_up(p)) {
+    static const double rounding = 1e-15, share = 0.25;
+    const hpr_partial_demand *d = p->demand;
+    double anyhow = share * fmin(d->flat * p->value, d->swept_m2 / jacobian);
+    return fmax(fmax(d->allowed_m2 / jacobian, anyhow), fmax(d->tolerance, rounding) * p->value);
+}
+
+/* Halves the worst cell again and again. */
+static void refine(partial *p, double jacobian)
+{
+    for (sum_up(p); p->error > allowed(p, jacobian); sum_up(p)) {
         if (p->count == HPR_PARTIAL_CELLS) {
             p->result.complete = false;
             return;
@@ -280,7 +320,7 @@ static double frame_area(const hpr_element_frame *frame, const hpr_polygon *poly
 }
 
 hpr_partial hpr_partial_integrate(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_polygon *recv,
-                                  const hpr_polygon *send, double tolerance, double allowed_m2,
+                                  const hpr_polygon *send, const hpr_partial_demand *demand,
                                   hpr_partial_cell cells[HPR_PARTIAL_CELLS])
 {
     static const double rounding = 1e-12 /* of the distance */, tight = 1e-4;
@@ -296,6 +336,7 @@ hpr_partial hpr_partial_integrate(const hpr_gauss_table *gauss, const hpr_pair *
     p.count = 0;
     p.result = (hpr_partial){.complete = true};
     p.slack = 0;
+    p.demand = demand;
     p.outline.count = inner->count;
     for (int i = 0; i < inner->count; i++)
         p.outline.corner[i] = hpr_frame_point(p.inner, inner->corner[i][0], inner->corner[i][1]);
@@ -304,7 +345,7 @@ hpr_partial hpr_partial_integrate(const hpr_gauss_table *gauss, const hpr_pair *
         p.slack = hpr_max(p.slack, rounding * hpr_length(hpr_sub(x, p.outline.corner[0])));
     }
     double jacobian = p.outer->area_m2 * (p.outer->shape == HPR_SHAPE_PARALLELOGRAM ? 1 : 2);
-    double allowed = allowed_m2 / jacobian;
+    double tolerance = demand->tolerance;
     hpr_events events;
     hpr_cuts pieces;
     hpr_cuts_init(&pieces, outer);
@@ -316,7 +357,7 @@ hpr_partial hpr_partial_integrate(const hpr_gauss_table *gauss, const hpr_pair *
     choose_nodes(&p, tolerance);
     for (int k = 0; k < pieces.count; k++)
         add_polygon(&p, &pieces.piece[k]);
-    refine(&p, tolerance, allowed);
+    refine(&p, jacobian);
     p.result.exchange_m2 = p.value * jacobian;
     p.result.error_m2 = p.error * jacobian;
     return p.result;

@@ -21,6 +21,15 @@ typedef struct hpr_partial_cell {
     int axis;          /* to halve along */
 } hpr_partial_cell;
 
+typedef struct hpr_partial_demand {
+    double tolerance;  /* relative */
+    double allowed_m2; /* absolute error of the value that is allowed; the larger of the two counts */
+    /* What rounding of the coordinates does anyhow, relative and absolute; the lesser counts, and a quarter
+     * of it is allowed as well. */
+    double flat, swept_m2;
+    bool slit; /* the polygons nearly touch: see below */
+} hpr_partial_demand;
+
 typedef struct hpr_partial {
     double exchange_m2;  /* ∫_r ∫_s G V dA dA */
     double error_m2;     /* estimated */
@@ -29,14 +38,15 @@ typedef struct hpr_partial {
 } hpr_partial;
 
 /*
- * recv, send: the polygons, in the parameters of the pair's elements. allowed: absolute error of the value
- * that is allowed; tolerance: relative, the larger of the two counts. The outer polygon is cut along its
+ * recv, send: the polygons, in the parameters of the pair's elements. The outer polygon is cut along its
  * event lines (events.h) where that pays, and in ever smaller cells where the estimated errors are largest,
  * until their sum is allowed, or HPR_PARTIAL_CELLS are made: that bounds the effort for one pair to a second
- * or so. cells: scratch. Deterministic; never allocates; thread-safe with distinct scratch.
+ * or so. In a slit the integrand falls from 1 to 0 over an edge of the inner polygon within the width of the
+ * slit, where no node may lie: there a cell counts as unknown until it is as small as its distance. cells:
+ * scratch. Deterministic; never allocates; thread-safe with distinct scratch.
  */
 hpr_partial hpr_partial_integrate(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_polygon *recv,
-                                  const hpr_polygon *send, double tolerance, double allowed_m2,
+                                  const hpr_polygon *send, const hpr_partial_demand *demand,
                                   hpr_partial_cell cells[HPR_PARTIAL_CELLS]);
 
 #endif

@@ -20,6 +20,7 @@ typedef struct chooser {
     void *user;
     int kernel_cap; /* product: more nodes than this for the kernel, and the larger cell is halved */
     int rule_count;
+    bool slit;                          /* the pair touches at an angle of next to nothing */
     const double *budget, *budget_used; /* kernels, NULL: any number */
     hpr_rule_outcome outcome;
 } chooser;
@@ -230,8 +231,12 @@ static void clip_parts(chooser *c, const hpr_polygon *recv, const hpr_polygon *s
         return;
     if (constants(c)) {
         double scale_m2 = sqrt(c->pair->recv.area_m2 * c->pair->send.area_m2);
-        hpr_partial part = hpr_partial_integrate(c->gauss, c->pair, recv, send, c->demand->tolerance,
-                                                 c->demand->negligible * scale_m2, c->scratch->cell);
+        const hpr_partial_demand whole = {.tolerance = c->demand->tolerance,
+                                          .allowed_m2 = c->demand->negligible * scale_m2,
+                                          .flat = c->slit ? c->outcome.flat : 0,
+                                          .swept_m2 = c->outcome.swept * scale_m2,
+                                          .slit = c->slit};
+        hpr_partial part = hpr_partial_integrate(c->gauss, c->pair, recv, send, &whole, c->scratch->cell);
         c->outcome.exchange_m2 += part.exchange_m2;
         c->outcome.stopped_short |= !part.complete;
         c->outcome.error += part.error_m2 / scale_m2;
@@ -363,9 +368,13 @@ static void clipped(chooser *c, const hpr_contact *contact)
 static void slit_wedge(chooser *c, const hpr_contact *contact)
 {
     double scale_m2 = sqrt(c->pair->recv.area_m2 * c->pair->send.area_m2);
-    hpr_partial part =
-        hpr_partial_integrate(c->gauss, c->pair, &contact->recv_front, &contact->send_front, c->outcome.flat,
-                              c->demand->negligible * scale_m2, c->scratch->cell);
+    const hpr_partial_demand demand = {.tolerance = c->demand->tolerance,
+                                       .allowed_m2 = c->demand->negligible * scale_m2,
+                                       .flat = c->outcome.flat,
+                                       .swept_m2 = c->outcome.swept * scale_m2,
+                                       .slit = true};
+    hpr_partial part = hpr_partial_integrate(c->gauss, c->pair, &contact->recv_front, &contact->send_front,
+                                             &demand, c->scratch->cell);
     c->outcome.exchange_m2 += part.exchange_m2;
     c->outcome.error += part.error_m2 / scale_m2;
 }
@@ -380,6 +389,8 @@ static void integrate(chooser *c, const hpr_cell *recv, const hpr_cell *send)
     set_rounding(c, &contact);
     bool sampled = c->demand->least_nodes > 1, separate = contact.kind == HPR_CONTACT_SEPARATE;
     bool parts = c->pair->recv_part_count || c->pair->send_part_count;
+    static const double smallest_angle = 1e-3;
+    c->slit = !separate && hpr_length(hpr_cross(c->pair->recv.normal, c->pair->send.normal)) < smallest_angle;
     if (c->pair->blocker_count || (parts && !sampled)) {
         clipped(c, &contact);
         return;
@@ -388,9 +399,7 @@ static void integrate(chooser *c, const hpr_cell *recv, const hpr_cell *send)
         emit_pieces(c, &contact);
         return;
     }
-    static const double smallest_angle = 1e-3;
-    double sine = hpr_length(hpr_cross(c->pair->recv.normal, c->pair->send.normal));
-    if (!separate && constants(c) && sine < smallest_angle) {
+    if (c->slit && constants(c)) {
         slit_wedge(c, &contact);
         return;
     }

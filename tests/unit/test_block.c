@@ -360,6 +360,28 @@ static void translation_changes_little(void **state)
                   worst);
 }
 
+/* What the budget does not reach is completed roughly: the block says so, and by how much it may err. */
+static void budget_is_kept_and_said(void **state)
+{
+    (void)state;
+    const double gap = 0.1, low[4][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+    const double high[4][3] = {{0, 0, gap}, {0, 1, gap}, {1, 1, gap}, {1, 0, gap}};
+    hpr_block_task task = {
+        .recv = frame_of_corners(1, 4, low), .send = frame_of_corners(1, 4, high), .tolerance = 1e-9};
+    hpr_block_result full = hpr_block_ref(bench.quadrature, &task, block_a, bench.scratch);
+    task.kernel_limit = 20000;
+    hpr_block_result cut = hpr_block_ref(bench.quadrature, &task, block_b, bench.scratch);
+    double error = 0;
+    for (int k = 0; k < 16; k++)
+        error = fmax(error, fabs(block_b[k] - block_a[k]));
+    print_message("%.2e kernels instead of %.2e: off by %.2e, estimated %.2e\n", (double)cut.kernel_count,
+                  (double)full.kernel_count, error, cut.error);
+    assert_int_equal(full.status, HPR_BLOCK_WITHIN);
+    assert_int_equal(cut.status, HPR_BLOCK_SHORT);
+    assert_true(cut.kernel_count < full.kernel_count / 8); /* seen: a twelfth, 16 for each rule */
+    assert_true(error <= cut.error && cut.error < 1);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -370,6 +392,7 @@ int main(void)
         cmocka_unit_test(tolerance_is_honoured),
         cmocka_unit_test(scaling_by_powers_of_two_changes_no_bit),
         cmocka_unit_test(translation_changes_little),
+        cmocka_unit_test(budget_is_kept_and_said),
     };
     return cmocka_run_group_tests(tests, bench_open, bench_close);
 }

@@ -16,7 +16,7 @@ import tempfile
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 from tap import check, done  # noqa: E402
 
-PATIENCE_S = 120
+PATIENCE_S = 120 * int(os.environ.get("HPR_TEST_PATIENCE", "1"))
 
 
 def blocks(text, language):

@@ -1,0 +1,111 @@
+#!/usr/bin/env python3
+"""View factors and moments of pairs that are hard, through the command: test_view_factors.py HPRAD.
+
+Against numbers of 40-digit arithmetic that share nothing with hprad: view factors by contour integrals
+(tests/support/contour_digits.py), moments K_k0 by tanh-sinh over the receiver of Lambert's closed form in 30 digits.
+All within 1e-12 at --tol 1e-13.
+"""
+import math
+import os
+import struct
+import sys
+import tempfile
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+from cli_support import Command  # noqa: E402
+from tap import check, done  # noqa: E402
+
+BOUND = 1e-12  # worst seen: 4e-15
+
+SQUARE = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0))
+SCALENE = ((0, 0, 0), (1.25, 0, 0), (.75, .5, 0))
+
+
+def turned(degrees, length):
+    """y and z of a point at this distance from the x axis, turned up from the y axis."""
+    return length * math.cos(math.radians(degrees)), length * math.sin(math.radians(degrees))
+
+
+def hinged(degrees, width):
+    """A rectangle on the first edge of SQUARE that looks at it."""
+    y, z = turned(degrees, width)
+    return (1, 0, 0), (0, 0, 0), (0, y, z), (1, y, z)
+
+
+# name, two polygons, F_12
+FACTORS = [
+    ("squares, 3 degrees", SQUARE, hinged(3, 1), 0.95076679854742656376),
+    ("squares, 33 degrees", SQUARE, hinged(33, 1), 0.58975086319835327168),
+    ("squares, 177 degrees", SQUARE, hinged(177, 1), 0.00021248760682235547817),
+    ("a strip 1 : 1e4, 60 degrees", SQUARE, hinged(60, 1e-4), 7.4985248277627260331e-05),
+    ("scalene triangles on an edge, 5 degrees", SCALENE, ((1.25, 0, 0), (0, 0, 0), (.25, *turned(5, 1.5))),
+     0.9937839402804685996),
+    ("a needle 1 : 1e4 along an edge, 60 degrees", SQUARE, ((1, 0, 0), (0, 0, 0), (.25, *turned(60, 1e-4))),
+     3.7498785827185738369e-05),
+    ("needles 1 : 1e4, gap of half a width", ((0, 0, 0), (1, 0, 0), (.5, 1e-4, 0)),
+     ((0, 0, 5e-5), (.25, 1e-4, 5e-5), (1, 0, 5e-5)), 0.42844892142781360056),
+    ("triangles sharing a vertex", ((0, 0, 0), (1, .125, 0), (.25, 1, 0)), ((0, 0, 0), (.5, .75, .5), (1, .25, 1.25)),
+     0.200787772558840017),
+    ("a leaning triangle on the middle of a floor", SQUARE,
+     ((.75, .5, 0), (.25, .5, 0), (.5, .5 + turned(45, .75)[0], turned(45, .75)[1])), 0.11211257316665484141),
+    ("squares shifted, gap 1e-3", SQUARE, ((.375, .25, 1e-3), (.375, 1.25, 1e-3), (1.375, 1.25, 1e-3),
+                                           (1.375, .25, 1e-3)), 0.46874871729672384641),
+]
+
+# name, two polygons, degree, K_k0
+MOMENTS = [
+    ("squares, 33 degrees, degree 2", SQUARE, hinged(33, 1), 2,
+     [0.589750863198353582, -0.193994527980285952, -0.0100928335517956285, 0, 0, 0, -0.0741083063351733976,
+      0.00937940949310182881, 0.0195793126354314614]),
+    ("scalene triangles, 60 degrees, degree 2", SCALENE, ((1.25, 0, 0), (0, 0, 0), (.25, *turned(60, 1.5))), 2,
+     [0.339040295275426328, -0.017434160540197036, -0.057597269066725499, -0.0165197380123466316,
+      -0.0111057815058950737, 0.00231504860857748896]),
+]
+
+
+def write_model(path, *polygons):
+    lines, surfaces, count = ["F 3"], [], 0
+    for number, polygon in enumerate(polygons, 1):
+        corners = [*range(count + 1, count + len(polygon) + 1), 0][:4]
+        for corner in polygon:
+            count += 1
+            lines.append(f"V {count} " + " ".join(repr(float(x)) for x in corner))
+        surfaces.append(f"S {number} {' '.join(map(str, corners))} 0 0 .5 s{number}")
+    with open(path, "w", encoding="utf-8") as file:
+        file.write("\n".join(lines + surfaces) + "\n")
+
+
+def matrix(command, *options):
+    """The numbers of the matrix that formfactors writes of pair.vs3."""
+    result = command("formfactors", "pair.vs3", "-o", "pair.npy", "--tol", "1e-13", *options)
+    if result.returncode not in (0, 4):
+        raise RuntimeError(result.stderr)
+    with open(os.path.join(command.folder, "pair.npy"), "rb") as file:
+        data = file.read()
+    return [x for x, in struct.iter_unpack("<d", data[10 + struct.unpack("<H", data[8:10])[0]:])]
+
+
+def say(name, got, wanted, scale):
+    """Each within the bound, relative to the scale."""
+    error = max(abs(g - w) for g, w in zip(got, wanted)) / scale
+    check(f"{name}: off by {error:.1e}", [] if error <= BOUND else [f"off by {error:.2e}, bound {BOUND:g}"])
+
+
+def main():
+    with tempfile.TemporaryDirectory() as folder:
+        command, path = Command(sys.argv[1], folder), os.path.join(folder, "pair.vs3")
+        for name, first, second, factor in FACTORS:
+            write_model(path, first, second)
+            say(name, [matrix(command)[1]], [factor], factor)
+        for name, first, second, degree, column in MOMENTS:
+            write_model(path, first, second)
+            block = matrix(command, "--order", str(degree))
+            count = len(column)
+            forth, back = block[count * count:2 * count * count], block[2 * count * count:3 * count * count]
+            say(name, forth[::count], column, column[0])
+            say(f"{name}, the other way round", back[:count], column, column[0])
+    return done()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

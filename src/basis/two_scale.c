@@ -144,16 +144,24 @@ static void push_tensor(const hpr_two_scale *tables, const hpr_half *half, const
     }
 }
 
+/* Row k of M of a triangle or a quadrilateral; rows in a table of more functions are longer. */
+static const double *row_of(const hpr_two_scale *tables, const hpr_half *half, size_t k)
+{
+    if (half->shape == HPR_SHAPE_QUADRILATERAL)
+        return half->matrix + k * hpr_basis_count(half->shape, half->half_degree);
+    return tables->triangle + ((size_t)half->which * tables->triangle_count + k) * tables->triangle_count;
+}
+
 void hpr_two_scale_pull(const hpr_two_scale *tables, const hpr_half *half, const double *from, double *whole)
 {
     if (half->shape == HPR_SHAPE_PARALLELOGRAM) {
         pull_tensor(tables, half, from, whole);
         return;
     }
-    size_t n = tables->triangle_count, rows = hpr_basis_count(half->shape, half->whole_degree),
+    size_t rows = hpr_basis_count(half->shape, half->whole_degree),
            columns = hpr_basis_count(half->shape, half->half_degree);
     for (size_t k = 0; k < rows; k++) {
-        const double *row = tables->triangle + ((size_t)half->which * n + k) * n;
+        const double *row = row_of(tables, half, k);
         for (size_t l = 0; l < columns; l++)
             whole[k] += row[l] * from[l];
     }
@@ -165,10 +173,10 @@ void hpr_two_scale_push(const hpr_two_scale *tables, const hpr_half *half, const
         push_tensor(tables, half, from, to);
         return;
     }
-    size_t n = tables->triangle_count, rows = hpr_basis_count(half->shape, half->whole_degree),
+    size_t rows = hpr_basis_count(half->shape, half->whole_degree),
            columns = hpr_basis_count(half->shape, half->half_degree);
     for (size_t k = 0; k < rows; k++) {
-        const double *row = tables->triangle + ((size_t)half->which * n + k) * n;
+        const double *row = row_of(tables, half, k);
         for (size_t l = 0; l < columns; l++)
             to[l] += row[l] * from[k];
     }

@@ -9,6 +9,7 @@
 
 #include "basis/two_scale.h"
 #include "link/coverage.h"
+#include "link/quad_tables.h"
 
 /* What lies below a node. */
 typedef enum hpr_node_kind {
@@ -22,7 +23,8 @@ typedef struct hpr_tree {
     const hpr_patches *patches;   /* borrowed */
     const hpr_elements *elements; /* borrowed */
     hpr_two_scale *two_scale;
-    uint8_t *degree; /* [node_count] of leaves the element's */
+    hpr_quad_tables *quads; /* NULL: no quadrilaterals */
+    uint8_t *degree;        /* [node_count] of leaves the element's */
     uint8_t *worth;  /* [node_count] highest degree that a link may have there: with no more functions than
                         the leaves below have */
     uint8_t *kind;   /* [node_count] hpr_node_kind */

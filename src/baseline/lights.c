@@ -85,13 +85,11 @@ uint32_t hpr_lights_choose(const hpr_lights *lights, const double from[3], doubl
 {
     const hpr_patches *patches = lights->patches;
     uint32_t patch = lamp_at(lights, u);
-    if (patches->shape[patch] == HPR_SHAPE_TRIANGLE && s + t > 1) {
-        s = 1 - s;
-        t = 1 - t;
-    }
+    double at[2];
+    hpr_shape_uniform((hpr_shape)patches->shape[patch], patches->opposite + 2 * (size_t)patch, s, t, at);
     for (int k = 0; k < 3; k++) {
         size_t i = 3 * (size_t)patch + (size_t)k;
-        y[k] = patches->origin[i] + s * patches->edge1[i] + t * patches->edge2[i];
+        y[k] = patches->origin[i] + at[0] * patches->edge1[i] + at[1] * patches->edge2[i];
     }
     double across[3];
     hpr_subtract3(from, y, across);

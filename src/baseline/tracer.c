@@ -95,6 +95,11 @@ static double strongest(const walk *w)
 static void point_of(const hpr_patches *patches, const hpr_hit *hit, double point[3])
 {
     double s = fmin(fmax(hit->s, 0), 1), t = fmin(fmax(hit->t, 0), 1);
+    if (patches->shape[hit->patch] == HPR_SHAPE_QUADRILATERAL) {
+        s = hit->s;
+        t = hit->t;
+        hpr_quad_bring_inside(patches->opposite + 2 * (size_t)hit->patch, &s, &t);
+    }
     if (patches->shape[hit->patch] == HPR_SHAPE_TRIANGLE && s + t > 1) {
         double excess = s + t;
         s /= excess;

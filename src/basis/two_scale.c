@@ -131,13 +131,21 @@ static void apply_tensor(const hpr_two_scale *tables, const hpr_half *half, bool
     }
 }
 
-static void apply_triangle(const hpr_two_scale *tables, const hpr_half *half, bool up, const double *from,
-                           double *to)
+/* Row k of M of a triangle or a quadrilateral; rows in a table of more functions are longer. */
+static const double *row_of(const hpr_two_scale *tables, const hpr_half *half, size_t k)
 {
-    size_t n = tables->triangle_count, rows = hpr_basis_count(half->shape, half->whole_degree),
+    if (half->shape == HPR_SHAPE_QUADRILATERAL)
+        return half->matrix + k * hpr_basis_count(half->shape, half->half_degree);
+    return tables->triangle + ((size_t)half->which * tables->triangle_count + k) * tables->triangle_count;
+}
+
+static void apply_matrix(const hpr_two_scale *tables, const hpr_half *half, bool up, const double *from,
+                         double *to)
+{
+    size_t rows = hpr_basis_count(half->shape, half->whole_degree),
            columns = hpr_basis_count(half->shape, half->half_degree);
     for (size_t k = 0; k < rows; k++) {
-        const double *row = tables->triangle + ((size_t)half->which * n + k) * n;
+        const double *row = row_of(tables, half, k);
         for (size_t l = 0; l < columns; l++)
             to[up ? k : l] += row[l] * from[up ? l : k];
     }
@@ -148,7 +156,7 @@ void hpr_two_scale_pull(const hpr_two_scale *tables, const hpr_half *half, const
     if (half->shape == HPR_SHAPE_PARALLELOGRAM)
         apply_tensor(tables, half, true, from, whole);
     else
-        apply_triangle(tables, half, true, from, whole);
+        apply_matrix(tables, half, true, from, whole);
 }
 
 void hpr_two_scale_push(const hpr_two_scale *tables, const hpr_half *half, const double *from, double *to)
@@ -156,5 +164,5 @@ void hpr_two_scale_push(const hpr_two_scale *tables, const hpr_half *half, const
     if (half->shape == HPR_SHAPE_PARALLELOGRAM)
         apply_tensor(tables, half, false, from, to);
     else
-        apply_triangle(tables, half, false, from, to);
+        apply_matrix(tables, half, false, from, to);
 }

@@ -18,11 +18,13 @@ typedef struct hpr_two_scale hpr_two_scale;
 hpr_status hpr_two_scale_create(hpr_context *ctx, int max_degree, hpr_two_scale **tables);
 void hpr_two_scale_destroy(hpr_two_scale **tables);
 
-/* One half of an element: child `which` of a parallelogram halved along `axis`, or of a bisected triangle. */
+/* One half of an element: child `which` of a parallelogram halved along `axis`, or of a bisected triangle. Of
+ * a quadrilateral the relations depend on its corners and are given. */
 typedef struct hpr_half {
     hpr_shape shape;
     int axis, which;
     int whole_degree, half_degree;
+    const double *matrix; /* of a quadrilateral: M [functions of the whole][functions of the half] */
 } hpr_half;
 
 /* whole += M half. Lengths: hpr_basis_count of the shape and the degrees. Thread-safe. */

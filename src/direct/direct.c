@@ -69,14 +69,17 @@ static void leaf_facet(const hpr_direct *direct, size_t leaf, hpr_facet *facet)
 {
     const hpr_elements *e = direct->elements;
     size_t node = e->leaf[leaf], patch = e->patch[node];
-    bool triangle = direct->patches->shape[patch] == HPR_SHAPE_TRIANGLE;
-    facet->corner_count = triangle ? 3 : 4;
+    hpr_shape shape = (hpr_shape)direct->patches->shape[patch];
+    const double *opposite = e->opposite + 2 * node;
+    facet->corner_count = shape == HPR_SHAPE_TRIANGLE ? 3 : 4;
     for (int k = 0; k < 3; k++) {
         double o = e->origin[3 * node + (size_t)k], a = e->edge1[3 * node + (size_t)k],
                b = e->edge2[3 * node + (size_t)k];
         facet->corner[0][k] = o;
         facet->corner[1][k] = o + a;
-        facet->corner[2][k] = triangle ? o + b : o + a + b;
+        facet->corner[2][k] = shape == HPR_SHAPE_TRIANGLE        ? o + b
+                              : shape == HPR_SHAPE_PARALLELOGRAM ? o + a + b
+                                                                 : o + opposite[0] * a + opposite[1] * b;
         facet->corner[3][k] = o + b;
     }
     memcpy(facet->normal, direct->patches->normal + 3 * patch, sizeof facet->normal);
@@ -217,6 +220,7 @@ hpr_emitter hpr_direct_emitter(const hpr_direct *direct, size_t emitter)
                          .edge2 = hpr_vec3_load(p->edge2 + 3 * patch),
                          .normal = hpr_vec3_load(p->normal + 3 * patch),
                          .area_m2 = p->area_m2[patch],
+                         .opposite = {p->opposite[2 * patch], p->opposite[2 * patch + 1]},
                          .exitance = p->exitance + p->channel_count * patch};
 }
 
@@ -255,9 +259,10 @@ static hpr_vec3 limit_point(const hpr_direct *direct, size_t leaf, double s, dou
     }
     if (!touches)
         return x;
-    bool triangle = patches->shape[direct->elements->patch[node]] == HPR_SHAPE_TRIANGLE;
-    double middle = triangle ? 1.0 / 3 : 0.5;
-    return leaf_point(direct->elements, node, s + inward * (middle - s), t + inward * (middle - t));
+    double middle[2];
+    hpr_shape_middle((hpr_shape)patches->shape[direct->elements->patch[node]],
+                     direct->elements->opposite + 2 * node, middle);
+    return leaf_point(direct->elements, node, s + inward * (middle[0] - s), t + inward * (middle[1] - t));
 }
 
 /* k: index of the emitter in direct->emitter. */

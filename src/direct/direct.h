@@ -27,6 +27,7 @@ typedef struct hpr_emitter {
     hpr_shape shape;
     hpr_vec3 origin, edge1, edge2, normal;
     double area_m2;
+    double opposite[2];     /* of a quadrilateral (patch/shape.h) */
     const double *exitance; /* [channels] W/m2 */
 } hpr_emitter;
 

@@ -398,7 +398,8 @@ void hpr_environment_limit(const hpr_environment *environment, size_t leaf, doub
     /* Out of reach of what touches, also where the leaf is slender. */
     double length = hpr_length(edge1) + hpr_length(edge2), width = e->area_m2[node] / length;
     double inward = fmin(fmax(least, 8 * environment->reach / width), most);
-    double middle = environment->patches->shape[patch] == HPR_SHAPE_TRIANGLE ? 1.0 / 3 : 0.5;
-    *s += inward * (middle - *s);
-    *t += inward * (middle - *t);
+    double middle[2];
+    hpr_shape_middle((hpr_shape)environment->patches->shape[patch], e->opposite + 2 * node, middle);
+    *s += inward * (middle[0] - *s);
+    *t += inward * (middle[1] - *t);
 }

@@ -1,35 +1,40 @@
 /*
  * The tables of the extension HPRAD_radiosity that its writer and its reader share, and what it holds.
  *
- * The extension stands at the root of the glTF, version 3; a newer one is refused. Version 1 has no
- * environment, version 2 no links, solver or errors of blocks in the summary. Lengths are in metres, light in
- * SI units per channel. It holds no times: the same solution gives the same bytes. An array is an object
- * {bufferView, componentType, components, count}: `count` items of `components` little-endian numbers (uint8,
- * uint32, uint64, float64), tightly packed in that buffer view, which begins at a multiple of 8 bytes in the
- * file; an empty array has no buffer view. 4294967295 means "none". Numbers in the JSON that are not finite
- * are the texts "NaN", "Infinity", "-Infinity".
+ * The extension stands at the root of the glTF, version 4, or 3 if there are no quadrilaterals; a newer one
+ * is refused. Version 1 has no environment, version 2 no links, solver or errors of blocks in the summary.
+ * Lengths are in metres, light in SI units per channel. It holds no times: the same solution gives the same
+ * bytes. An array is an object {bufferView, componentType, components, count}: `count` items of `components`
+ * little-endian numbers (uint8, uint32, uint64, float64), tightly packed in that buffer view, which begins at
+ * a multiple of 8 bytes in the file; an empty array has no buffer view. 4294967295 means "none". Numbers in
+ * the JSON that are not finite are the texts "NaN", "Infinity", "-Infinity".
  *
- * - version: 3. scene: the file's name. channels: their names, mostly R, G, B. exposure: see the end
+ * - version: 3 or 4. scene: the file's name. channels: their names, mostly R, G, B. exposure: see the end
  * - environment: the radiance from outside, W/m2/sr, one number per channel
  * - patches.count: one per side of a surface; .degenerateCount, .duplicateCount: faces that were left out
- * - patches.shape, .side (uint8): 0 parallelogram, 1 triangle; 1 for the back of a doubleSided face
+ * - patches.shape, .side (uint8): 0 parallelogram, 1 triangle, 2 quadrilateral; 1 for the back of a
+ *   doubleSided face
  * - patches.twin, .node, .primitive, .material (uint32): the patch on the other side, or none; where it
  *   comes from (the material may be none)
  * - patches.origin, .edge1, .edge2, .normal, .area (float64): x = origin + s edge1 + t edge2 with
  *   0 <= s, t <= 1, and s + t <= 1 for a triangle. Every patch blocks light from both sides
+ * - patches.opposite (2 float64, version 4): (a,b) of a quadrilateral, whose (s,t) are in the convex one with
+ *   the corners (0,0), (1,0), (a,b), (0,1); else unused
  * - patches.reflectance, .exitance (float64 per channel): rho, the mean over the patch; M in W/m2
  * - elements.count, .leafCount: nodes and leaves of the patches' binary trees; node i < patches.count is the
  *   root of patch i
  * - elements.patch, .child (uint32): its patch; the first of two consecutive children, none for a leaf
  * - elements.axis, .degree (uint8): the parameter that the children halve, 0: s, 1: t (a triangle v0, v1, v2
- *   with m amid v1 and v2 has the children m, v0, v1 and m, v2, v0); degree p <= 16
- * - elements.origin, .edge1, .edge2, .area (float64): the node's own frame
+ *   with m amid v1 and v2 has the children m, v0, v1 and m, v2, v0; a quadrilateral is cut between the
+ *   middles of the sides from (0,0) to (1,0) and from (0,1) to (a,b), axis 0, or of the other two); p <= 16
+ * - elements.origin, .edge1, .edge2, .area (float64), .opposite (2 float64, version 4): the node's own frame
  * - solution.coefficientCount: per channel
  * - solution.leaf (uint32 per leaf): its node; by patch, then first child first
  * - solution.firstCoefficient (uint64 per leaf, and one more): where its (p+1)^2 or (p+1)(p+2)/2 begin
  * - solution.irradiance (float64 per coefficient and channel): H(x) = sum_k irradiance[k] T_k(x); its
  *   indirect part if summary.direct is 0 (exact): then D(x), the light straight from the emitters, is added;
- *   in W/m2 * m; T_k is the orthonormal basis of basis/basis.h
+ *   in W/m2 * m; T_k is the orthonormal basis of basis/basis.h, on a
+ *   quadrilateral that of math/planar_basis.h over its (s,t), divided by the root of |edge1 x edge2|
  * - solution.surroundings (float64 per patch and channel): S, W/m2. With V(x) the open part of the view,
  * light from outside adds (pi L - S) V(x) to H if summary.environment is 1
  * - solution.error (float64 per leaf): estimated L2 error of H, in W/m2 * m; NaN: unknown
@@ -47,7 +52,7 @@
 #include "solver/solution.h"
 
 #define HPR_EXTENSION_NAME "HPRAD_radiosity"
-enum { HPR_EXTENSION_VERSION = 3 };
+enum { HPR_EXTENSION_VERSION = 4, HPR_EXTENSION_VERSION_WITHOUT_QUADRILATERALS = 3 };
 
 typedef enum hpr_component { HPR_UINT8, HPR_UINT32, HPR_UINT64, HPR_FLOAT64 } hpr_component;
 
@@ -70,7 +75,7 @@ typedef struct hpr_column {
     void *array;  /* address of the pointer in the solution, NULL if there is no solution */
 } hpr_column;
 
-enum { HPR_COLUMN_COUNT = 26 };
+enum { HPR_COLUMN_COUNT = 28 };
 
 /* Lists the arrays; `solution` may be NULL. */
 void hpr_solution_columns(const hpr_solution_sizes *sizes, hpr_solution *solution,

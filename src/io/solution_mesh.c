@@ -117,9 +117,17 @@ static void place_vertex(const shading *how, hpr_solution_mesh *mesh, uint32_t n
 {
     const hpr_elements *e = how->solution->elements;
     uint32_t patch = e->patch[node];
-    double middle = is_triangle(how->solution, node) ? 1.0 / 3 : 0.5;
+    hpr_shape shape = (hpr_shape)how->solution->patches->shape[patch];
+    const double *opposite = e->opposite + 2 * (size_t)node;
+    double middle[2];
+    if (shape == HPR_SHAPE_QUADRILATERAL) { /* the bilinear map */
+        double both = s * t;
+        s += both * (opposite[0] - 1);
+        t += both * (opposite[1] - 1);
+    }
+    hpr_shape_middle(shape, opposite, middle);
     /* the colour is taken a hair inside: on the border another element might answer */
-    double inner_s = s + 1e-6 * (middle - s), inner_t = t + 1e-6 * (middle - t);
+    double inner_s = s + 1e-6 * (middle[0] - s), inner_t = t + 1e-6 * (middle[1] - t);
     double inner[3], patch_s, patch_t;
     for (int k = 0; k < 3; k++) {
         double o = e->origin[3 * node + k], a = e->edge1[3 * node + k], b = e->edge2[3 * node + k];

@@ -210,6 +210,13 @@ static bool frame_sound(const double *origin, const double *edge1, const double 
            area_m2 > 0;
 }
 
+/* Convex, with corners that differ. */
+static bool opposite_sound(const hpr_patches *patches, size_t patch, const double *opposite)
+{
+    return patches->shape[patch] != HPR_SHAPE_QUADRILATERAL ||
+           (all_finite(opposite, 2) && opposite[0] > 0 && opposite[1] > 0 && opposite[0] + opposite[1] > 1);
+}
+
 static hpr_status check_patches(const reader *r)
 {
     const hpr_patches *p = r->solution->patches;
@@ -217,7 +224,8 @@ static hpr_status check_patches(const reader *r)
     for (size_t i = 0; i < p->count; i++) {
         const double *normal = p->normal + 3 * i;
         double square = normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2];
-        bool sound = p->shape[i] <= HPR_SHAPE_TRIANGLE && p->side[i] <= 1 &&
+        bool sound = p->shape[i] <= HPR_SHAPE_QUADRILATERAL && p->side[i] <= 1 &&
+                     opposite_sound(p, i, p->opposite + 2 * i) &&
                      (p->twin[i] == HPR_NONE || (p->twin[i] < p->count && p->twin[i] != i)) &&
                      frame_sound(p->origin + 3 * i, p->edge1 + 3 * i, p->edge2 + 3 * i, p->area_m2[i]) &&
                      fabs(square - 1) < 1e-6 && all_within(p->reflectance + n * i, n, 0, 1) &&
@@ -229,12 +237,13 @@ static hpr_status check_patches(const reader *r)
     return HPR_OK;
 }
 
-static bool node_sound(const hpr_elements *e, size_t i)
+static bool node_sound(const hpr_patches *patches, const hpr_elements *e, size_t i)
 {
     uint32_t child = e->child[i];
     if (e->axis[i] > 1 || e->degree[i] > HPR_MAX_ORDER || e->patch[i] >= e->patch_count ||
         (i < e->patch_count && e->patch[i] != i) ||
-        !frame_sound(e->origin + 3 * i, e->edge1 + 3 * i, e->edge2 + 3 * i, e->area_m2[i]))
+        !frame_sound(e->origin + 3 * i, e->edge1 + 3 * i, e->edge2 + 3 * i, e->area_m2[i]) ||
+        !opposite_sound(patches, e->patch[i], e->opposite + 2 * i))
         return false;
     if (child == HPR_NONE)
         return true;
@@ -270,7 +279,7 @@ static hpr_status check_elements(reader *r)
 {
     hpr_elements *e = r->solution->elements;
     for (size_t i = 0; i < e->node_count; i++) {
-        if (!node_sound(e, i))
+        if (!node_sound(r->solution->patches, e, i))
             return hpr_fail(r->context, HPR_ERR_FORMAT, "%s: %s: element %zu is not sound", r->glb.path,
                             HPR_EXTENSION_NAME, i);
     }

@@ -14,7 +14,8 @@
  *   patches     count, degenerateCount, duplicateCount (faces left out), weldDistance (m;
  *               corners nearer than this are one), and per patch, one patch being one
  *               side of a surface, x = origin + s edge1 + t edge2:
- *       shape         uint8: 0 parallelogram (0 <= s,t <= 1), 1 triangle (0 <= s,t and s+t <= 1)
+ *       shape         uint8: 0 parallelogram (0 <= s,t <= 1), 1 triangle (0 <= s,t and s+t <= 1), 2
+ *                     quadrilateral; what those add is in solution_format.h
  *       side          uint8: 1 for the back of a doubleSided face
  *       twin          uint32: the patch on the other side, or none. Every patch blocks light from both sides
  *       node, primitive, material   uint32: where it comes from in the scene; material may be none
@@ -258,11 +259,22 @@ static void add_exact_cameras(cJSON *extension, const hpr_solution *solution, bo
     }
 }
 
+/* Older readers can take what has no quadrilaterals. */
+static size_t version_of(const hpr_solution *solution)
+{
+    for (size_t i = 0; i < solution->patches->count; i++) {
+        if (solution->patches->shape[i] == HPR_SHAPE_QUADRILATERAL)
+            return HPR_EXTENSION_VERSION;
+    }
+    return HPR_EXTENSION_VERSION_WITHOUT_QUADRILATERALS;
+}
+
 static hpr_status add_extension(hpr_glb_builder *glb, const hpr_solution *solution, double exposure)
 {
     bool *ok = &glb->ok;
+    size_t version = version_of(solution);
     cJSON *extension = hpr_json_object(hpr_json_object(glb->root, "extensions", ok), HPR_EXTENSION_NAME, ok);
-    hpr_json_number(extension, "version", HPR_EXTENSION_VERSION, ok);
+    hpr_json_number(extension, "version", (double)version, ok);
     hpr_json_text(extension, "scene", solution->scene_name, ok);
     hpr_json_number(extension, "exposure", exposure, ok);
     cJSON *channels = hpr_json_array(extension, "channels", ok);
@@ -288,8 +300,10 @@ static hpr_status add_extension(hpr_glb_builder *glb, const hpr_solution *soluti
     hpr_column columns[HPR_COLUMN_COUNT];
     hpr_solution_columns(&sizes, (hpr_solution *)solution, columns); /* only read */
     hpr_status status = HPR_OK;
-    for (size_t i = 0; status == HPR_OK && i < HPR_COLUMN_COUNT; i++)
-        status = add_column(glb, extension, columns + i);
+    for (size_t i = 0; status == HPR_OK && i < HPR_COLUMN_COUNT; i++) {
+        if (columns[i].since <= version)
+            status = add_column(glb, extension, columns + i);
+    }
     add_exact_cameras(extension, solution, ok);
     size_t count;
     const hpr_field *fields = hpr_summary_fields(&count);

@@ -26,8 +26,13 @@ hpr_blocked hpr_blocked_plan(const hpr_blocked_load *load)
 static double longest_side(const hpr_element_frame *frame)
 {
     double length = fmax(hpr_length(frame->edge1), hpr_length(frame->edge2));
-    return frame->shape == HPR_SHAPE_TRIANGLE ? fmax(length, hpr_length(hpr_sub(frame->edge2, frame->edge1)))
-                                              : length;
+    if (frame->shape == HPR_SHAPE_PARALLELOGRAM)
+        return length;
+    if (frame->shape == HPR_SHAPE_TRIANGLE)
+        return fmax(length, hpr_length(hpr_sub(frame->edge2, frame->edge1)));
+    hpr_vec3 across = hpr_sub(hpr_frame_point(frame, frame->opposite[0], frame->opposite[1]), frame->origin);
+    return fmax(length,
+                fmax(hpr_length(hpr_sub(across, frame->edge1)), hpr_length(hpr_sub(across, frame->edge2))));
 }
 
 /* Near pairs need so many cells for the kernel that the rays between all their points cost more than
@@ -35,7 +40,7 @@ static double longest_side(const hpr_element_frame *frame)
 static bool is_near(const hpr_element_frame *a, const hpr_element_frame *b)
 {
     static const double near = 0.5; /* of the longest side of the smaller one */
-    const hpr_cell cell[2] = {hpr_cell_whole(a->shape), hpr_cell_whole(b->shape)};
+    const hpr_cell cell[2] = {hpr_cell_whole(a), hpr_cell_whole(b)};
     hpr_vec3 p[4], q[4];
     int p_count = hpr_cell_corners(a, &cell[0], p), q_count = hpr_cell_corners(b, &cell[1], q);
     return hpr_polygon_distance(p, p_count, q, q_count) < near * fmin(longest_side(a), longest_side(b));

@@ -118,14 +118,28 @@ static hpr_status add_feet(search *s, uint32_t other)
     return status;
 }
 
-/* Does the segment run through the inside of the patch's parameter domain, by more than `slack` parameters?
- */
-static bool runs_inside(const foot *f, bool triangle, double slack)
+/* side[i][0] s + side[i][1] t >= side[i][2] inside; returns the number of sides. */
+static int domain_sides(hpr_shape shape, const double opposite[2], double side[4][3])
+{
+    bool triangle = shape == HPR_SHAPE_TRIANGLE;
+    const double fixed[4][3] = {{1, 0, 0}, {0, 1, 0}, {-1, triangle ? -1 : 0, -1}, {0, -1, -1}};
+    memcpy(side, fixed, sizeof fixed);
+    if (shape == HPR_SHAPE_QUADRILATERAL) {
+        double a = opposite[0], b = opposite[1], c[2] = {hypot(a - 1, b), hypot(a, b - 1)};
+        const double skew[2][3] = {{-b / c[0], (a - 1) / c[0], -b / c[0]},
+                                   {(b - 1) / c[1], -a / c[1], -a / c[1]}};
+        memcpy(side[2], skew, sizeof skew);
+    }
+    return triangle ? 3 : 4;
+}
+
+/* Does the segment run through the inside of a parameter domain, by more than `slack` parameters? */
+static bool runs_inside(const foot *f, hpr_shape shape, const double opposite[2], double slack)
 {
     double low = 0, high = 1; /* the part of the segment inside, clipped by the sides moved inward */
-    double d[2] = {f->to[0] - f->from[0], f->to[1] - f->from[1]};
-    const double side[4][3] = {{1, 0, 0}, {0, 1, 0}, {-1, triangle ? -1 : 0, -1}, {0, -1, -1}};
-    for (int i = 0; i < (triangle ? 3 : 4); i++) {
+    double d[2] = {f->to[0] - f->from[0], f->to[1] - f->from[1]}, side[4][3];
+    int sides = domain_sides(shape, opposite, side);
+    for (int i = 0; i < sides; i++) {
         double at = side[i][0] * f->from[0] + side[i][1] * f->from[1] - side[i][2] - slack;
         double along = side[i][0] * d[0] + side[i][1] * d[1];
         if (along == 0) {
@@ -203,7 +217,7 @@ static size_t first_from(const search *s, double x)
 static hpr_status find_feet(search *s)
 {
     const hpr_patches *patches = s->coverage->patches;
-    bool triangle = patches->shape[s->patch] == HPR_SHAPE_TRIANGLE;
+    hpr_shape shape = (hpr_shape)patches->shape[s->patch];
     double size = sqrt(patches->area_m2[s->patch]);
     patch_box own = box_of(patches, s->patch);
     hpr_status status = HPR_OK;
@@ -217,7 +231,7 @@ static hpr_status find_feet(search *s)
     }
     size_t kept = 0;
     for (size_t i = 0; i < s->foot_count; i++) {
-        if (runs_inside(&s->feet[i], triangle, s->slack / size))
+        if (runs_inside(&s->feet[i], shape, patches->opposite + 2 * (size_t)s->patch, s->slack / size))
             s->feet[kept++] = s->feet[i];
     }
     s->foot_count = kept;
@@ -238,18 +252,18 @@ static bool lies_against(const search *s, const double point[3])
         if (fabs(hpr_dot3(offset, patches->normal + 3 * i)) > s->slack)
             continue;
         hpr_patch_parameters(patches, i, point, &u, &v);
-        bool triangle = patches->shape[i] == HPR_SHAPE_TRIANGLE;
-        if (u > 0 && v > 0 && (triangle ? u + v < 1 : u < 1 && v < 1))
+        if (hpr_shape_holds((hpr_shape)patches->shape[i], patches->opposite + 2 * i, u, v))
             return true;
     }
     return false;
 }
 
-/* In its parameters, which are those of its leaves as well. */
 static hpr_polygon patch_outline(const hpr_patches *patches, size_t patch)
 {
-    return patches->shape[patch] == HPR_SHAPE_TRIANGLE ? (hpr_polygon){3, {{0, 0}, {1, 0}, {0, 1}}}
-                                                       : (hpr_polygon){4, {{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+    const double *opposite = patches->opposite + 2 * patch;
+    const hpr_element_frame frame = {.shape = (hpr_shape)patches->shape[patch],
+                                     .opposite = {opposite[0], opposite[1]}};
+    return hpr_frame_outline(&frame);
 }
 
 /* The mean of a polygon's corners, in space. */
@@ -302,17 +316,17 @@ static foot leaf_foot(const search *s, uint32_t node, const foot *f)
 }
 
 /* G += ∫ over a piece. */
-static void add_gram(const trimmed *t, hpr_shape shape, int degree, const hpr_polygon *piece)
+static void add_gram(const trimmed *t, const hpr_element_frame *frame, const hpr_polygon *piece)
 {
     hpr_cell cell[HPR_POLYGON_MAX];
     double basis[HPR_MAX_BASIS];
-    size_t n = hpr_basis_count(shape, degree);
-    int nodes = (shape == HPR_SHAPE_TRIANGLE ? degree : 2 * degree) + 1, count = hpr_cuts_fan(piece, cell);
+    size_t n = hpr_basis_count(frame->shape, frame->degree);
+    int nodes = hpr_total_degree(frame) + 1, count = hpr_cuts_fan(piece, cell);
     const hpr_box whole = hpr_box_unit();
     for (int c = 0; c < count; c++) {
         for (int k = 0; k < nodes * nodes; k++) {
             hpr_outer_point x = hpr_outer_at(&hpr_gauss, &(hpr_element_frame){0}, &cell[c], &whole, nodes, k);
-            hpr_basis_eval(shape, degree, x.s, x.t, basis);
+            hpr_frame_basis(frame, x.s, x.t, basis);
             for (size_t i = 0; i < n; i++) {
                 for (size_t j = 0; j < n; j++)
                     t->gram[i * n + j] += x.weight * basis[i] * basis[j];
@@ -327,10 +341,8 @@ static hpr_status keep_trim(search *s, size_t leaf, trimmed *t)
     static const double determined = 1e-3;
     hpr_coverage *coverage = s->coverage;
     hpr_context *ctx = coverage->context;
-    uint32_t node = coverage->elements->leaf[leaf];
-    hpr_shape shape = (hpr_shape)coverage->patches->shape[s->patch];
-    int degree = coverage->elements->degree[node];
-    size_t n = hpr_basis_count(shape, degree);
+    const hpr_element_frame frame = hpr_leaf_frame(coverage->patches, coverage->elements, leaf);
+    size_t n = hpr_basis_count(frame.shape, frame.degree);
     double *work = NULL;
     const hpr_polygon *piece = t->piece;
     t->piece = NULL;
@@ -348,7 +360,7 @@ static hpr_status keep_trim(search *s, size_t leaf, trimmed *t)
     if (status == HPR_OK) {
         memcpy(t->piece, piece, (size_t)t->piece_count * sizeof *piece);
         for (int i = 0; i < t->piece_count; i++)
-            add_gram(t, shape, degree, &t->piece[i]);
+            add_gram(t, &frame, &t->piece[i]);
         memcpy(t->inverse, t->gram, n * n * sizeof(double));
         hpr_dense_pseudo_inverse(n, t->inverse, determined, work);
         coverage->trim_of_leaf[leaf] = (uint32_t)coverage->trim_count;
@@ -366,15 +378,15 @@ static hpr_status trim_leaf(search *s, size_t leaf)
 {
     static const double nothing = 1e-6; /* an open part this small of a leaf is the cuts' rounding */
     uint32_t node = s->coverage->elements->leaf[leaf];
-    bool triangle = s->coverage->patches->shape[s->patch] == HPR_SHAPE_TRIANGLE;
-    hpr_polygon whole = patch_outline(s->coverage->patches, s->patch);
+    const hpr_element_frame frame = hpr_leaf_frame(s->coverage->patches, s->coverage->elements, leaf);
+    const hpr_polygon whole = hpr_frame_outline(&frame);
     double slack = s->slack / sqrt(s->coverage->elements->area_m2[node]);
     hpr_cuts cuts;
     trimmed t = {0};
     hpr_cuts_init(&cuts, &whole);
     for (size_t i = 0; i < s->foot_count; i++) {
         foot own = leaf_foot(s, node, &s->feet[i]);
-        if (runs_inside(&own, triangle, slack))
+        if (runs_inside(&own, frame.shape, frame.opposite, slack))
             hpr_cuts_segment(&cuts, own.from, own.to, slack);
     }
     int open = 0;

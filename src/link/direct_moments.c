@@ -1,6 +1,7 @@
 #include "link/direct_moments.h"
 
 #include "direct/lambert.h"
+#include "math/planar_basis.h"
 #include "quadrature/block.h"
 #include "quadrature/far.h"
 
@@ -30,7 +31,8 @@ static hpr_element_frame emitter_frame(const hpr_emitter *emitter)
                                .edge1 = emitter->edge1,
                                .edge2 = emitter->edge2,
                                .normal = emitter->normal,
-                               .area_m2 = emitter->area_m2};
+                               .area_m2 = emitter->area_m2,
+                               .opposite = {emitter->opposite[0], emitter->opposite[1]}};
 }
 
 /* Nodes per axis with which product Gauss over the leaf, and Lambert's formula at the nodes, is exact to
@@ -50,10 +52,10 @@ static int smooth_nodes(const hpr_element_frame *recv, const hpr_element_frame *
 static void integrate_smooth(const hpr_element_frame *recv, const hpr_element_frame *send, int nodes,
                              double *column)
 {
-    bool triangle = recv->shape == HPR_SHAPE_TRIANGLE;
+    bool triangle = recv->shape == HPR_SHAPE_TRIANGLE, skew = recv->shape == HPR_SHAPE_QUADRILATERAL;
     const hpr_gauss_rule *first = &hpr_gauss.legendre[nodes],
                          *second = triangle ? &hpr_gauss.jacobi[nodes] : first;
-    hpr_cell whole = hpr_cell_whole(send->shape);
+    hpr_cell whole = hpr_cell_whole(send);
     hpr_vec3 at[4];
     double corner[4][3], normal[3], phi[HPR_MAX_BASIS];
     size_t corners = (size_t)hpr_cell_corners(send, &whole, at),
@@ -61,15 +63,21 @@ static void integrate_smooth(const hpr_element_frame *recv, const hpr_element_fr
     for (size_t i = 0; i < corners; i++)
         hpr_vec3_store(corner[i], at[i]);
     hpr_vec3_store(normal, recv->normal);
-    double jacobian = triangle ? 2 * recv->area_m2 : recv->area_m2;
-    double factor = jacobian * hpr_basis_scale(recv->shape, recv->area_m2) / sqrt(send->area_m2);
+    double factor = hpr_frame_jacobian(recv) * hpr_frame_scale(recv) / sqrt(send->area_m2);
     memset(column, 0, count * sizeof *column);
     for (int k = 0; k < nodes * nodes; k++) {
         double t = second->node[k / nodes], s = first->node[k % nodes] * (triangle ? 1 - t : 1), point[3];
+        double part = factor * first->weight[k % nodes] * second->weight[k / nodes];
+        if (skew) {
+            hpr_planar_node node = hpr_planar_gauss(recv->opposite, first, nodes, k);
+            s = node.s;
+            t = node.t;
+            part = factor * node.weight;
+        }
         hpr_vec3_store(point, hpr_frame_point(recv, s, t));
         double fraction = hpr_lambert_fraction(point, normal, (const double(*)[3])corner, corners);
-        double weight = factor * first->weight[k % nodes] * second->weight[k / nodes] * fraction;
-        hpr_basis_eval(recv->shape, recv->degree, s, t, phi);
+        double weight = part * fraction;
+        hpr_frame_basis(recv, s, t, phi);
         for (size_t i = 0; i < count; i++)
             column[i] += weight * phi[i];
     }

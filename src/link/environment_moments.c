@@ -50,12 +50,14 @@ typedef struct leaf_integral {
 
 static hpr_element_frame patch_frame(const hpr_patches *patches, size_t patch, bool back)
 {
-    hpr_element_frame frame = {.shape = (hpr_shape)patches->shape[patch],
-                               .origin = hpr_vec3_load(patches->origin + 3 * patch),
-                               .edge1 = hpr_vec3_load((back ? patches->edge2 : patches->edge1) + 3 * patch),
-                               .edge2 = hpr_vec3_load((back ? patches->edge1 : patches->edge2) + 3 * patch),
-                               .normal = hpr_vec3_load(patches->normal + 3 * patch),
-                               .area_m2 = patches->area_m2[patch]};
+    hpr_element_frame frame = {
+        .shape = (hpr_shape)patches->shape[patch],
+        .origin = hpr_vec3_load(patches->origin + 3 * patch),
+        .edge1 = hpr_vec3_load((back ? patches->edge2 : patches->edge1) + 3 * patch),
+        .edge2 = hpr_vec3_load((back ? patches->edge1 : patches->edge2) + 3 * patch),
+        .normal = hpr_vec3_load(patches->normal + 3 * patch),
+        .area_m2 = patches->area_m2[patch],
+        .opposite = {patches->opposite[2 * patch + back], patches->opposite[2 * patch + !back]}};
     if (back)
         frame.normal = hpr_scale(frame.normal, -1);
     return frame;
@@ -66,7 +68,10 @@ static bool closed_at_points(const leaf_integral *l)
 {
     double third = l->frame.shape == HPR_SHAPE_TRIANGLE ? 0.2 : 0.25;
     for (int k = 0; k < 4; k++) {
-        hpr_vec3 x = hpr_frame_point(&l->frame, (1 + 2 * (k % 2)) * third, (1 + 2 * (k / 2)) * third);
+        double at[2] = {(1 + 2 * (k % 2)) * third, (1 + 2 * (k / 2)) * third};
+        if (l->frame.shape == HPR_SHAPE_QUADRILATERAL)
+            hpr_shape_uniform(l->frame.shape, l->frame.opposite, at[0], at[1], at);
+        hpr_vec3 x = hpr_frame_point(&l->frame, at[0], at[1]);
         if (k == 3 && l->frame.shape == HPR_SHAPE_TRIANGLE)
             x = hpr_frame_point(&l->frame, 1.0 / 3, 1.0 / 3);
         if (hpr_environment_opening(l->p->environment, l->patch, x).part > 0)
@@ -106,10 +111,9 @@ static void by_closure(leaf_integral *l)
 /* Adds weight * V T_k at the point (s,t); weight in parameter measure. */
 static void add_value(const leaf_integral *l, double s, double t, double weight, double *sum)
 {
-    double basis[HPR_MAX_BASIS], area = l->frame.area_m2;
-    double jacobian = l->frame.shape == HPR_SHAPE_PARALLELOGRAM ? area : 2 * area;
-    double factor = weight * jacobian * hpr_basis_scale(l->frame.shape, area);
-    hpr_basis_eval(l->frame.shape, l->frame.degree, s, t, basis);
+    double basis[HPR_MAX_BASIS];
+    double factor = weight * hpr_frame_jacobian(&l->frame) * hpr_frame_scale(&l->frame);
+    hpr_frame_basis(&l->frame, s, t, basis);
     for (size_t k = 0; k < l->count; k++)
         sum[k] += factor * basis[k];
 }
@@ -274,8 +278,11 @@ static int open_cells(const leaf_integral *l, hpr_cell *cell, int room)
 {
     int parts, count = 0;
     const hpr_polygon *part = hpr_coverage_parts(l->p->coverage, l->leaf, &parts);
-    if (!part)
-        cell[count++] = hpr_cell_whole(l->frame.shape);
+    const hpr_polygon outline = hpr_frame_outline(&l->frame);
+    if (!part && l->frame.shape == HPR_SHAPE_QUADRILATERAL)
+        count = hpr_cuts_fan(&outline, cell);
+    else if (!part)
+        cell[count++] = hpr_cell_whole(&l->frame);
     for (int i = 0; i < parts && count + HPR_POLYGON_MAX <= room; i++)
         count += hpr_cuts_fan(&part[i], cell + count);
     return count;
@@ -319,7 +326,7 @@ static double sample_cell(leaf_integral *l, const hpr_cell *cell, int nodes, uin
         cell_point x = point_of_cell(cell, nodes, k);
         hpr_opening opening = hpr_environment_sample(
             p->environment, l->patch, hpr_frame_point(&l->frame, x.s, x.t), p->side, seed + (uint64_t)k);
-        double part = x.weight * (l->frame.shape == HPR_SHAPE_TRIANGLE ? 2 : 1);
+        double part = x.weight / hpr_frame_measure(&l->frame);
         add_value(l, x.s, x.t, x.weight * opening.part, sum);
         square += part * part * opening.error * opening.error * area;
     }

@@ -60,7 +60,7 @@ hpr_facet hpr_node_facet(const hpr_coverage *coverage, const hpr_tree *tree, siz
             hpr_vec3_store(facet.corner[i], hpr_frame_point(&frame, part->corner[i][0], part->corner[i][1]));
         return facet;
     }
-    hpr_cell whole = hpr_cell_whole(frame.shape);
+    hpr_cell whole = hpr_cell_whole(&frame);
     hpr_vec3 corner[4];
     facet.corner_count = (size_t)hpr_cell_corners(&frame, &whole, corner);
     for (size_t i = 0; i < facet.corner_count; i++)

@@ -21,6 +21,8 @@ hpr_element_frame hpr_tree_frame(const hpr_tree *tree, size_t node, int degree)
 {
     hpr_element_frame frame = hpr_node_frame(tree->patches, tree->elements, node);
     frame.degree = degree;
+    if (frame.shape == HPR_SHAPE_QUADRILATERAL && tree->elements->child[node] != HPR_NONE)
+        frame.recurrence = hpr_quad_tables_basis(tree->quads, node);
     return frame;
 }
 
@@ -37,10 +39,10 @@ double hpr_tree_open_share(const hpr_tree *tree, const hpr_coverage *coverage, s
     return leaf == HPR_NONE ? 1 : hpr_coverage_open_share(coverage, leaf);
 }
 
-/* The functions of a triangle are in the order of their degree, those of a parallelogram in rows. */
+/* The functions of a parallelogram are in rows, those of other shapes in the order of their degree. */
 static bool same_order(const hpr_tree *tree, size_t node, int degree)
 {
-    return degree == tree->degree[node] || node_shape(tree, node) == HPR_SHAPE_TRIANGLE;
+    return degree == tree->degree[node] || node_shape(tree, node) != HPR_SHAPE_PARALLELOGRAM;
 }
 
 const double *hpr_tree_take(const hpr_tree *tree, size_t node, int degree, const double *value, double *room)
@@ -166,9 +168,11 @@ hpr_status hpr_tree_create(const hpr_coverage *coverage, const hpr_elements *ele
                                    "the trees of elements");
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &tree->dof, nodes, sizeof *tree->dof, "the trees of elements");
-    if (status == HPR_OK)
+    if (status == HPR_OK) {
         fill(tree, coverage);
-    else
+        status = hpr_quad_tables_create(tree->patches, elements, tree->degree, &tree->quads);
+    }
+    if (status != HPR_OK)
         hpr_tree_destroy(&tree);
     *out = tree;
     return status;
@@ -181,6 +185,7 @@ void hpr_tree_destroy(hpr_tree **out)
         return;
     hpr_context *ctx = tree->context;
     hpr_two_scale_destroy(&tree->two_scale);
+    hpr_quad_tables_destroy(&tree->quads);
     hpr_release(ctx, tree->degree);
     hpr_release(ctx, tree->worth);
     hpr_release(ctx, tree->kind);
@@ -195,11 +200,14 @@ void hpr_tree_destroy(hpr_tree **out)
 static hpr_half half_of(const hpr_tree *tree, uint32_t node, int which)
 {
     const hpr_elements *e = tree->elements;
+    size_t child = e->child[node] + (size_t)which;
+    bool skew = node_shape(tree, node) == HPR_SHAPE_QUADRILATERAL;
     return (hpr_half){.shape = node_shape(tree, node),
                       .axis = e->axis[node],
                       .which = which,
                       .whole_degree = tree->degree[node],
-                      .half_degree = tree->degree[e->child[node] + (uint32_t)which]};
+                      .half_degree = tree->degree[child],
+                      .matrix = skew ? hpr_quad_tables_matrix(tree->quads, child) : NULL};
 }
 
 static void copy_leaf(const hpr_tree *tree, uint32_t node, const double *from, double *to, bool to_leaf)

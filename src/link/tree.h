@@ -9,6 +9,7 @@
 
 #include "basis/two_scale.h"
 #include "link/coverage.h"
+#include "link/quad_tables.h"
 
 /* What lies below a node. */
 typedef enum hpr_node_kind {
@@ -22,12 +23,13 @@ typedef struct hpr_tree {
     const hpr_patches *patches;   /* borrowed */
     const hpr_elements *elements; /* borrowed */
     hpr_two_scale *two_scale;
-    uint8_t *degree; /* [node_count] of leaves the element's */
-    uint8_t *worth;  /* [node_count] highest degree that a link may have there */
-    uint8_t *kind;   /* [node_count] hpr_node_kind */
-    uint32_t *node;  /* [node_count] the nodes of patch after patch, each before its children */
-    uint32_t *first; /* [patch_count + 1] into node */
-    size_t *dof;     /* [node_count] first coefficient of each node; those of a patch are consecutive */
+    hpr_quad_tables *quads; /* NULL: no quadrilaterals */
+    uint8_t *degree;        /* [node_count] of leaves the element's */
+    uint8_t *worth;         /* [node_count] highest degree that a link may have there */
+    uint8_t *kind;          /* [node_count] hpr_node_kind */
+    uint32_t *node;         /* [node_count] the nodes of patch after patch, each before its children */
+    uint32_t *first;        /* [patch_count + 1] into node */
+    size_t *dof; /* [node_count] first coefficient of each node; those of a patch are consecutive */
     size_t dof_count;
     int highest_degree; /* of any node */
 } hpr_tree;

@@ -10,6 +10,7 @@
 typedef struct facet {
     uint32_t vertex[4];     /* [3] = HPR_NONE: triangle */
     uint32_t face, partner; /* partner: the merged second face, or HPR_NONE */
+    bool skew;              /* four corners, but no parallelogram */
     bool empty;             /* kept for its place only */
 } facet;
 
@@ -21,7 +22,7 @@ typedef struct edge {
 typedef struct builder {
     const hpr_scene *scene;
     hpr_context *context;
-    bool keep_dropped;
+    bool for_factors; /* what is dropped keeps its place, and there are no quadrilaterals */
     double tolerance; /* the weld distance */
     uint32_t *id;     /* [vertex_count] welded */
     edge *edges;      /* sorted; three per triangle */
@@ -78,10 +79,12 @@ static void collect_edges(builder *b)
     qsort(b->edges, b->edge_count, sizeof *b->edges, compare_edges);
 }
 
-/* value0 + value2 = value1 + value3 for every attribute that the scene interpolates over the facet. */
-static bool attributes_affine(const builder *b, const uint32_t v[4])
+/* Is every attribute that the scene interpolates over the facet affine: value2 = value0 + s (value1 - value0)
+ * + t (value3 - value0), with (s,t) the parameters of corner 2? */
+static bool attributes_affine(const builder *b, const uint32_t v[4], const double opposite[2])
 {
     static const double float32_slack = 4 * 0x1p-23;
+    const double s = opposite[0], t = opposite[1];
     const hpr_scene *scene = b->scene;
     const struct {
         const double *value;
@@ -97,7 +100,8 @@ static bool attributes_affine(const builder *b, const uint32_t v[4])
                 missing += isnan(a[k]);
                 largest = fmax(largest, fabs(a[k]));
             }
-            if (missing ? missing < 4 : fabs(a[0] + a[2] - a[1] - a[3]) > float32_slack * largest)
+            double gap = a[0] + a[2] - a[1] - a[3] - (s - 1) * (a[1] - a[0]) - (t - 1) * (a[3] - a[0]);
+            if (missing ? missing < 4 : fabs(gap) > float32_slack * largest)
                 return false;
         }
     }
@@ -108,11 +112,37 @@ static bool parallelogram(const builder *b, const uint32_t v[4])
 {
     hpr_vec3 gap =
         hpr_sub(hpr_add(position(b, v[0]), position(b, v[2])), hpr_add(position(b, v[1]), position(b, v[3])));
-    return hpr_length(gap) <= b->tolerance && attributes_affine(b, v);
+    return hpr_length(gap) <= b->tolerance && attributes_affine(b, v, (const double[2]){1, 1});
 }
 
-/* The facet of two triangles that share the first one's edge `side`; false if it is no parallelogram. */
-static bool merge(const builder *b, size_t face, int side, size_t other, uint32_t quad[4])
+/* Parameters of corner 2 in the plane of the others. Returns its distance to that plane. */
+static double find_opposite(const builder *b, const uint32_t v[4], double opposite[2])
+{
+    hpr_vec3 origin = position(b, v[0]), across = hpr_sub(position(b, v[2]), origin);
+    hpr_vec3 edge1 = hpr_sub(position(b, v[1]), origin), edge2 = hpr_sub(position(b, v[3]), origin);
+    hpr_vec3 normal = hpr_cross(edge1, edge2);
+    double square = hpr_dot(normal, normal);
+    opposite[0] = hpr_dot(hpr_cross(across, edge2), normal) / square;
+    opposite[1] = hpr_dot(hpr_cross(edge1, across), normal) / square;
+    return fabs(hpr_dot(across, normal)) / sqrt(square);
+}
+
+/* Strictly convex: the triangles that the diagonals cut off the corners, of areas 1, t, s, s + t - 1 next to
+ * s + t of the whole, are more than slivers. */
+static bool quadrilateral(const builder *b, const uint32_t v[4])
+{
+    static const double sliver = 0.02;
+    double opposite[2], gap = find_opposite(b, v, opposite), s = opposite[0], t = opposite[1];
+    return gap <= b->tolerance && fmin(fmin(1, s), fmin(t, s + t - 1)) >= sliver * (s + t) &&
+           attributes_affine(b, v, opposite);
+}
+
+/* What two triangles or four corners may be. */
+typedef bool outline_test(const builder *b, const uint32_t v[4]);
+
+/* The facet of two triangles that share the first one's edge `side`; false if it does not pass the test. */
+static bool merge(const builder *b, size_t face, int side, size_t other, outline_test *passes,
+                  uint32_t quad[4])
 {
     const uint32_t *v = b->scene->face_vertex + 4 * face, *w = b->scene->face_vertex + 4 * other;
     uint32_t p = b->id[v[side]], q = b->id[v[(side + 1) % 3]];
@@ -125,13 +155,13 @@ static bool merge(const builder *b, size_t face, int side, size_t other, uint32_
             if (i == side)
                 quad[count++] = w[(k + 2) % 3];
         }
-        return parallelogram(b, quad);
+        return passes(b, quad);
     }
     return false;
 }
 
-/* The lowest later triangle of the same mesh that makes a parallelogram with `face`, or HPR_NONE. */
-static uint32_t find_partner(const builder *b, size_t face, uint32_t quad[4])
+/* The lowest later triangle of the same mesh that makes a facet with `face` that passes, or HPR_NONE. */
+static uint32_t find_partner(const builder *b, size_t face, outline_test *passes, uint32_t quad[4])
 {
     uint32_t best = HPR_NONE;
     for (int side = 0; side < 3; side++) {
@@ -147,7 +177,7 @@ static uint32_t find_partner(const builder *b, size_t face, uint32_t quad[4])
         for (; low < b->edge_count && b->edges[low].low == key.low && b->edges[low].high == key.high; low++) {
             uint32_t other = b->edges[low].face, candidate[4];
             if (other < best && !b->taken[other] && b->scene->face_mesh[other] == b->scene->face_mesh[face] &&
-                merge(b, face, side, other, candidate)) {
+                merge(b, face, side, other, passes, candidate)) {
                 best = other;
                 memcpy(quad, candidate, sizeof candidate);
             }
@@ -169,17 +199,21 @@ static facet *add_facet(builder *b, const uint32_t vertex[4], size_t face, uint3
 static void drop_face(builder *b, size_t face)
 {
     b->patches->degenerate_count++;
-    if (b->keep_dropped)
+    if (b->for_factors)
         add_facet(b, b->scene->face_vertex + 4 * face, face, HPR_NONE)->empty = true;
 }
 
-/* A face with four corners stays whole if it is a parallelogram, else it falls into two triangles, of which
- * one may have no area. */
+/* A face with four corners stays whole if it is a parallelogram or another convex quadrilateral in a plane,
+ * else it falls into two triangles, of which one may have no area. */
 static void add_quad(builder *b, size_t face)
 {
     const uint32_t *v = b->scene->face_vertex + 4 * face;
     if (!degenerate(b, v) && parallelogram(b, v)) {
         add_facet(b, v, face, HPR_NONE);
+        return;
+    }
+    if (!b->for_factors && !degenerate(b, v) && quadrilateral(b, v)) {
+        add_facet(b, v, face, HPR_NONE)->skew = true;
         return;
     }
     uint32_t half[2][4] = {{v[0], v[1], v[2], HPR_NONE}, {v[0], v[2], v[3], HPR_NONE}};
@@ -213,11 +247,45 @@ static void collect_facets(builder *b)
             add_quad(b, f);
             continue;
         }
-        uint32_t partner = find_partner(b, f, quad);
+        uint32_t partner = find_partner(b, f, parallelogram, quad);
         if (partner != HPR_NONE)
-            b->taken[partner] = true;
+            b->taken[f] = b->taken[partner] = true;
         add_facet(b, partner != HPR_NONE ? quad : b->scene->face_vertex + 4 * f, f, partner);
     }
+}
+
+/* Triangles that have found no partner for a parallelogram find one for a quadrilateral. */
+static void merge_the_rest(builder *b)
+{
+    size_t kept = 0;
+    for (size_t i = 0; i < b->facet_count; i++) {
+        facet f = b->facets[i];
+        bool triangle = is_triangle(b, f.face) && f.partner == HPR_NONE;
+        if (triangle && b->taken[f.face])
+            continue; /* in an earlier one */
+        uint32_t partner = triangle ? find_partner(b, f.face, quadrilateral, f.vertex) : HPR_NONE;
+        if (partner != HPR_NONE) {
+            b->taken[f.face] = b->taken[partner] = true;
+            f.partner = partner;
+            f.skew = true;
+        }
+        b->facets[kept++] = f;
+    }
+    b->facet_count = kept;
+}
+
+/* The first face's share of a facet that two triangles make. */
+static double first_share(const builder *b, const facet *f)
+{
+    double area[2];
+    if (!f->skew)
+        return 0.5;
+    for (int i = 0; i < 2; i++) {
+        const uint32_t *v = b->scene->face_vertex + 4 * (size_t)(i ? f->partner : f->face);
+        hpr_vec3 o = position(b, v[0]);
+        area[i] = hpr_length(hpr_cross(hpr_sub(position(b, v[1]), o), hpr_sub(position(b, v[2]), o)));
+    }
+    return area[0] / (area[0] + area[1]);
 }
 
 static void set_optics(const builder *b, const facet *f, size_t i)
@@ -231,8 +299,10 @@ static void set_optics(const builder *b, const facet *f, size_t i)
     patches->material[i] = material;
     for (size_t c = 0; c < n; c++) {
         double rho = scene->face_reflectance[n * f->face + c];
-        if (f->partner != HPR_NONE)
-            rho = (rho + scene->face_reflectance[n * f->partner + c]) / 2;
+        if (f->partner != HPR_NONE) {
+            double share = first_share(b, f);
+            rho = share * rho + (1 - share) * scene->face_reflectance[n * f->partner + c];
+        }
         double radiance = material == HPR_NONE ? 0 : scene->material_radiance[n * material + c];
         patches->reflectance[n * i + c] = rho;
         patches->exitance[n * i + c] = 3.14159265358979323846 * radiance;
@@ -255,17 +325,25 @@ static void set_geometry(const builder *b, const facet *f, size_t i, int side)
     hpr_vec3 origin = position(b, f->vertex[0]);
     hpr_vec3 edge1 = hpr_sub(position(b, f->vertex[1]), origin);
     hpr_vec3 edge2 = hpr_sub(position(b, f->vertex[triangle ? 2 : 3]), origin);
+    double *opposite = patches->opposite + 2 * i;
+    hpr_shape shape = triangle  ? HPR_SHAPE_TRIANGLE
+                      : f->skew ? HPR_SHAPE_QUADRILATERAL
+                                : HPR_SHAPE_PARALLELOGRAM;
+    if (f->skew)
+        find_opposite(b, f->vertex, opposite);
     if (side) {
+        double turned[2] = {opposite[1], opposite[0]};
+        memcpy(opposite, turned, sizeof turned);
         hpr_vec3 swap = edge1;
         edge1 = edge2;
         edge2 = swap;
     }
     hpr_vec3 cross = hpr_cross(edge1, edge2);
     double length = hpr_length(cross);
-    patches->shape[i] = triangle ? HPR_SHAPE_TRIANGLE : HPR_SHAPE_PARALLELOGRAM;
+    patches->shape[i] = (uint8_t)shape;
     patches->side[i] = (uint8_t)side;
     patches->twin[i] = HPR_NONE;
-    patches->area_m2[i] = triangle ? length / 2 : length;
+    patches->area_m2[i] = length * hpr_shape_measure(shape, opposite);
     hpr_vec3_store(patches->origin + 3 * i, origin);
     hpr_vec3_store(patches->edge1 + 3 * i, edge1);
     hpr_vec3_store(patches->edge2 + 3 * i, edge2);
@@ -349,7 +427,7 @@ static void make_patches(builder *b, const bool *hidden)
         for (int side = 0; side <= both; side++) {
             bool dropped = facet->empty || hidden[2 * f + (size_t)side];
             b->patches->duplicate_count += dropped && !facet->empty;
-            if (dropped && !b->keep_dropped)
+            if (dropped && !b->for_factors)
                 continue;
             if (dropped)
                 set_empty(b, facet, count, side);
@@ -399,9 +477,9 @@ static hpr_status warn_of_overlaps(const builder *b)
     return HPR_OK;
 }
 
-static hpr_status build(const hpr_scene *scene, bool keep_dropped, hpr_patches **patches)
+static hpr_status build(const hpr_scene *scene, bool for_factors, hpr_patches **patches)
 {
-    builder b = {.scene = scene, .context = scene->context, .keep_dropped = keep_dropped};
+    builder b = {.scene = scene, .context = scene->context, .for_factors = for_factors};
     bool *hidden = NULL;
     *patches = NULL;
     hpr_status status = allocate_builder(&b);
@@ -413,6 +491,8 @@ static hpr_status build(const hpr_scene *scene, bool keep_dropped, hpr_patches *
     if (status != HPR_OK)
         goto done;
     collect_facets(&b);
+    if (!for_factors)
+        merge_the_rest(&b);
     status = hpr_allocate_into(b.context, &hidden, 2 * b.facet_count, sizeof *hidden, "patches");
     if (status == HPR_OK)
         status = find_duplicates(&b, hidden);

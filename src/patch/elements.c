@@ -1,13 +1,15 @@
 #include "patch/elements.h"
 
+#include "math/planar_basis.h"
 #include "math/vec3.h"
 
 #include <hprad/solve.h>
 #include <string.h>
 
 /*
- * The frame of a node in the parameters of its patch: (s,t) = origin + a edge1 + b edge2. All entries are
- * dyadic, so halving is exact, and neighbours get the same bits for a shared vertex.
+ * The frame of a node in the parameters of its patch: (s,t) = origin + a edge1 + b edge2; of a quadrilateral
+ * in those of the bilinear map. All entries are dyadic, so halving is exact, and neighbours get the same bits
+ * for a shared vertex.
  */
 typedef struct frame {
     double origin[2], edge1[2], edge2[2];
@@ -34,6 +36,21 @@ static frame child_frame(const frame *parent, hpr_shape shape, int axis, int whi
     return child;
 }
 
+/* From the bilinear map to the parameters of the patch. */
+static void place_quadrilateral(const hpr_patches *patches, hpr_elements *elements, uint32_t node,
+                                uint32_t patch, frame *f)
+{
+    const double *opposite = patches->opposite + 2 * (size_t)patch, width[2] = {f->edge1[0], f->edge2[1]};
+    double measure;
+    hpr_quad_piece piece = hpr_quad_box(opposite, f->origin, width, &measure);
+    memcpy(f->origin, piece.origin, sizeof f->origin);
+    memcpy(f->edge1, piece.edge1, sizeof f->edge1);
+    memcpy(f->edge2, piece.edge2, sizeof f->edge2);
+    memcpy(elements->opposite + 2 * (size_t)node, piece.opposite, sizeof piece.opposite);
+    elements->area_m2[node] =
+        patches->area_m2[patch] * (measure / hpr_shape_measure(HPR_SHAPE_QUADRILATERAL, opposite));
+}
+
 static void place_node(const hpr_patches *patches, hpr_elements *elements, uint32_t node, uint32_t patch,
                        const frame *f, int level)
 {
@@ -42,6 +59,10 @@ static void place_node(const hpr_patches *patches, hpr_elements *elements, uint3
     elements->patch[node] = patch;
     elements->child[node] = HPR_NONE;
     elements->area_m2[node] = ldexp(patches->area_m2[patch], -level);
+    frame piece = *f;
+    if (patches->shape[patch] == HPR_SHAPE_QUADRILATERAL)
+        place_quadrilateral(patches, elements, node, patch, &piece);
+    f = &piece;
     for (int k = 0; k < 3; k++) {
         elements->origin[3 * node + k] = origin[k] + (f->origin[0] * edge1[k] + f->origin[1] * edge2[k]);
         elements->edge1[3 * node + k] = f->edge1[0] * edge1[k] + f->edge1[1] * edge2[k];
@@ -66,7 +87,7 @@ static void build_node(build *b, uint32_t node, const frame *f, int level)
     if (level == b->depth)
         return;
     hpr_shape shape = (hpr_shape)b->patches->shape[b->patch];
-    int axis = shape == HPR_SHAPE_PARALLELOGRAM ? level % 2 : 0;
+    int axis = shape != HPR_SHAPE_TRIANGLE ? level % 2 : 0;
     uint32_t child = b->next;
     b->next += 2;
     elements->child[node] = child;
@@ -78,7 +99,7 @@ static void build_node(build *b, uint32_t node, const frame *f, int level)
 }
 
 /* The arrays of nodes, so that they are made and grown alike. */
-enum { NODE_COLUMNS = 8 };
+enum { NODE_COLUMNS = 9 };
 
 typedef struct column {
     void *array; /* address of the pointer */
@@ -91,7 +112,8 @@ static void node_columns(hpr_elements *elements, column columns[NODE_COLUMNS])
         {&elements->patch, sizeof(uint32_t)},    {&elements->child, sizeof(uint32_t)},
         {&elements->axis, sizeof(uint8_t)},      {&elements->degree, sizeof(uint8_t)},
         {&elements->origin, 3 * sizeof(double)}, {&elements->edge1, 3 * sizeof(double)},
-        {&elements->edge2, 3 * sizeof(double)},  {&elements->area_m2, sizeof(double)},
+        {&elements->edge2, 3 * sizeof(double)},  {&elements->opposite, 2 * sizeof(double)},
+        {&elements->area_m2, sizeof(double)},
     };
     memcpy(columns, all, sizeof all);
 }
@@ -256,6 +278,10 @@ static void release_index(hpr_elements *elements)
     hpr_release(elements->context, elements->leaf_of_node);
     hpr_release(elements->context, elements->patch_leaf);
     hpr_release(elements->context, elements->dof);
+    hpr_release(elements->context, elements->recurrence);
+    hpr_release(elements->context, elements->recurrence_at);
+    elements->recurrence = NULL;
+    elements->recurrence_at = NULL;
     elements->leaf = NULL;
     elements->leaf_of_node = NULL;
     elements->patch_leaf = NULL;
@@ -270,8 +296,9 @@ void hpr_elements_destroy(hpr_elements **out)
         return;
     hpr_context *ctx = elements->context;
     release_index(elements);
-    void *arrays[] = {elements->patch,  elements->child, elements->axis,  elements->degree,
-                      elements->origin, elements->edge1, elements->edge2, elements->area_m2};
+    void *arrays[] = {elements->patch,  elements->child,   elements->axis,
+                      elements->degree, elements->origin,  elements->edge1,
+                      elements->edge2,  elements->area_m2, elements->opposite};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
         hpr_release(ctx, arrays[i]);
     hpr_release(ctx, elements);
@@ -287,6 +314,62 @@ static void append_leaves(hpr_elements *elements, uint32_t node)
     }
     elements->leaf_of_node[node] = (uint32_t)elements->leaf_count;
     elements->leaf[elements->leaf_count++] = node;
+}
+
+static bool is_quadrilateral(const hpr_patches *patches, const hpr_elements *elements, uint32_t node)
+{
+    return patches->shape[elements->patch[node]] == HPR_SHAPE_QUADRILATERAL;
+}
+
+/* Where the basis of each leaf begins. Returns how many doubles all take. */
+static size_t place_recurrences(const hpr_patches *patches, hpr_elements *elements)
+{
+    size_t next = 0;
+    for (size_t i = 0; i < elements->leaf_count; i++) {
+        uint32_t node = elements->leaf[i];
+        elements->recurrence_at[i] = next;
+        if (is_quadrilateral(patches, elements, node))
+            next += hpr_planar_size(elements->degree[node]);
+    }
+    return next;
+}
+
+static void make_recurrences(const hpr_patches *patches, hpr_elements *elements, double *scratch)
+{
+    for (size_t i = 0; i < elements->leaf_count; i++) {
+        uint32_t node = elements->leaf[i];
+        int degree = elements->degree[node];
+        if (is_quadrilateral(patches, elements, node))
+            hpr_planar_make(elements->opposite + 2 * (size_t)node, degree, &hpr_gauss.legendre[degree + 1],
+                            elements->recurrence + elements->recurrence_at[i], scratch);
+    }
+}
+
+/* The bases of leaves that are quadrilaterals, if there are any. */
+static hpr_status index_recurrences(const hpr_patches *patches, hpr_elements *elements)
+{
+    hpr_context *ctx = elements->context;
+    double *scratch = NULL;
+    int highest = -1;
+    for (size_t i = 0; i < elements->leaf_count; i++) {
+        uint32_t node = elements->leaf[i];
+        if (is_quadrilateral(patches, elements, node) && elements->degree[node] > highest)
+            highest = elements->degree[node];
+    }
+    if (highest < 0)
+        return HPR_OK;
+    hpr_status status = hpr_allocate_into(ctx, &elements->recurrence_at, elements->leaf_count,
+                                          sizeof *elements->recurrence_at, "the bases of quadrilaterals");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &elements->recurrence, place_recurrences(patches, elements),
+                                   sizeof(double), "the bases of quadrilaterals");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &scratch, hpr_planar_scratch(highest), sizeof(double),
+                                   "the bases of quadrilaterals");
+    if (status == HPR_OK)
+        make_recurrences(patches, elements, scratch);
+    hpr_release(ctx, scratch);
+    return status;
 }
 
 hpr_status hpr_elements_index(const hpr_patches *patches, hpr_elements *elements)
@@ -321,16 +404,36 @@ hpr_status hpr_elements_index(const hpr_patches *patches, hpr_elements *elements
     for (size_t i = 0; i < elements->leaf_count; i++) {
         uint32_t node = elements->leaf[i];
         size_t n = (size_t)elements->degree[node] + 1;
-        bool triangle = patches->shape[elements->patch[node]] == HPR_SHAPE_TRIANGLE;
-        elements->dof[i + 1] = elements->dof[i] + (triangle ? n * (n + 1) / 2 : n * n);
+        bool tensor = patches->shape[elements->patch[node]] == HPR_SHAPE_PARALLELOGRAM;
+        elements->dof[i + 1] = elements->dof[i] + (tensor ? n * n : n * (n + 1) / 2);
     }
-    return HPR_OK;
+    status = index_recurrences(patches, elements);
+    if (status != HPR_OK)
+        release_index(elements);
+    return status;
+}
+
+/* The half of a quadrilateral that a point is in, and its parameters there. */
+static int enter_half(const double opposite[2], int axis, double *s, double *t)
+{
+    hpr_quad_piece half[2] = {hpr_quad_half(opposite, axis, 0), hpr_quad_half(opposite, axis, 1)};
+    /* The line that they share runs along an edge of the second from its origin. */
+    const double *along = axis ? half[1].edge1 : half[1].edge2, *from = half[1].origin;
+    double side = along[0] * (*t - from[1]) - along[1] * (*s - from[0]);
+    int which = axis ? side >= 0 : side <= 0;
+    const hpr_quad_piece *in = &half[which];
+    double x = *s - in->origin[0], y = *t - in->origin[1];
+    double area = in->edge1[0] * in->edge2[1] - in->edge1[1] * in->edge2[0];
+    *s = (x * in->edge2[1] - y * in->edge2[0]) / area;
+    *t = (in->edge1[0] * y - in->edge1[1] * x) / area;
+    return which;
 }
 
 size_t hpr_elements_locate(const hpr_patches *patches, const hpr_elements *elements, size_t patch, double s,
                            double t, double *leaf_s, double *leaf_t)
 {
     bool triangle = patches->shape[patch] == HPR_SHAPE_TRIANGLE;
+    bool skew = patches->shape[patch] == HPR_SHAPE_QUADRILATERAL;
     uint32_t node = (uint32_t)patch;
     while (elements->child[node] != HPR_NONE) {
         int which;
@@ -340,6 +443,8 @@ size_t hpr_elements_locate(const hpr_patches *patches, const hpr_elements *eleme
             double across = which ? t - s : s - t;
             s = which ? across : rest;
             t = which ? rest : across;
+        } else if (skew) {
+            which = enter_half(elements->opposite + 2 * (size_t)node, elements->axis[node], &s, &t);
         } else {
             double *halved = elements->axis[node] ? &t : &s;
             which = *halved >= 0.5;

@@ -4,7 +4,7 @@
 
 #include <math.h>
 
-/* Sides of a parallelogram: where a parameter is at its end. */
+/* Sides of a parallelogram, or of the unit square of a quadrilateral: where a parameter is at its end. */
 enum { SIDE_S0, SIDE_S1, SIDE_T0, SIDE_T1, SIDES };
 
 typedef struct grading {
@@ -21,8 +21,12 @@ static bool touches(const hpr_patches *patches, size_t patch, const double point
         return false;
     hpr_patch_parameters(patches, patch, point, &s, &t);
     double over = patches->shape[patch] == HPR_SHAPE_TRIANGLE ? fmax(s + t - 1, 0) : 0;
-    s = fmin(fmax(s, 0), 1);
-    t = fmin(fmax(t, 0), 1);
+    if (patches->shape[patch] == HPR_SHAPE_QUADRILATERAL) {
+        hpr_quad_bring_inside(patches->opposite + 2 * patch, &s, &t);
+    } else {
+        s = fmin(fmax(s, 0), 1);
+        t = fmin(fmax(t, 0), 1);
+    }
     if (over > 0) {
         s -= over / 2;
         t -= over / 2;
@@ -50,6 +54,11 @@ static bool is_shared(const hpr_patches *patches, size_t patch, int side)
         double along = (double)place / (PLACES + 1), point[3];
         double s = side == SIDE_S0 ? 0 : side == SIDE_S1 ? 1 : along;
         double t = side == SIDE_T0 ? 0 : side == SIDE_T1 ? 1 : along;
+        if (patches->shape[patch] == HPR_SHAPE_QUADRILATERAL) { /* the bilinear map */
+            double both = s * t;
+            s += both * (patches->opposite[2 * patch] - 1);
+            t += both * (patches->opposite[2 * patch + 1] - 1);
+        }
         for (int k = 0; k < 3; k++) {
             size_t i = 3 * patch + (size_t)k;
             point[k] = patches->origin[i] + s * patches->edge1[i] + t * patches->edge2[i];

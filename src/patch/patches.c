@@ -28,6 +28,7 @@ hpr_status hpr_patches_create(hpr_context *ctx, size_t capacity, size_t channel_
         {&patches->edge1, 3 * sizeof(double)},
         {&patches->edge2, 3 * sizeof(double)},
         {&patches->normal, 3 * sizeof(double)},
+        {&patches->opposite, 2 * sizeof(double)},
         {&patches->area_m2, sizeof(double)},
         {&patches->reflectance, channel_count * sizeof(double)},
         {&patches->exitance, channel_count * sizeof(double)},
@@ -49,7 +50,7 @@ void hpr_patches_destroy(hpr_patches **out)
     void *arrays[] = {patches->shape,     patches->side,     patches->twin,    patches->node,
                       patches->primitive, patches->material, patches->origin,  patches->edge1,
                       patches->edge2,     patches->normal,   patches->area_m2, patches->reflectance,
-                      patches->exitance};
+                      patches->exitance,  patches->opposite};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
         hpr_release(ctx, arrays[i]);
     hpr_release(ctx, patches);
@@ -60,14 +61,18 @@ size_t hpr_patch_corners(const hpr_patches *patches, size_t patch, double corner
 {
     const double *origin = patches->origin + 3 * patch;
     const double *edge1 = patches->edge1 + 3 * patch, *edge2 = patches->edge2 + 3 * patch;
-    bool triangle = patches->shape[patch] == HPR_SHAPE_TRIANGLE;
+    const double *opposite = patches->opposite + 2 * patch;
+    hpr_shape shape = (hpr_shape)patches->shape[patch];
     for (int k = 0; k < 3; k++) {
         corner[0][k] = origin[k];
         corner[1][k] = origin[k] + edge1[k];
-        corner[2][k] = triangle ? origin[k] + edge2[k] : origin[k] + edge1[k] + edge2[k];
+        corner[2][k] = shape == HPR_SHAPE_TRIANGLE ? origin[k] + edge2[k]
+                       : shape == HPR_SHAPE_PARALLELOGRAM
+                           ? origin[k] + edge1[k] + edge2[k]
+                           : origin[k] + opposite[0] * edge1[k] + opposite[1] * edge2[k];
         corner[3][k] = origin[k] + edge2[k];
     }
-    return triangle ? 3 : 4;
+    return shape == HPR_SHAPE_TRIANGLE ? 3 : 4;
 }
 
 double hpr_patches_radius(const hpr_patches *patches, double centre[3])

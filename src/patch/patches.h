@@ -1,14 +1,14 @@
 /*
- * Planar patches x(s,t) = origin + s edge1 + t edge2: parallelograms (s,t in [0,1]) and triangles
- * (s,t >= 0, s+t <= 1). A patch is one side: its front is where edge1 x edge2 points. A doubleSided face
- * gives two patches, twins, with edge1 and edge2 exchanged. Every patch blocks light from both sides.
+ * Planar patches x(s,t) = origin + s edge1 + t edge2: parallelograms, triangles and convex quadrilaterals,
+ * with (s,t) in the domain of their shape (patch/shape.h). A patch is one side: its front is where edge1 x
+ * edge2 points. A doubleSided face gives two patches, twins, with edge1 and edge2 exchanged. Every patch
+ * blocks light from both sides.
  */
 #ifndef HPR_PATCH_PATCHES_H
 #define HPR_PATCH_PATCHES_H
 
+#include "patch/shape.h"
 #include "scene/scene.h"
-
-typedef enum hpr_shape { HPR_SHAPE_PARALLELOGRAM = 0, HPR_SHAPE_TRIANGLE = 1 } hpr_shape;
 
 typedef struct hpr_patches {
     hpr_context *context;
@@ -18,12 +18,13 @@ typedef struct hpr_patches {
     uint32_t *twin;                          /* [count] patch on the other side, or HPR_NONE */
     uint32_t *node, *primitive, *material;   /* [count] where it comes from; material may be HPR_NONE */
     double *origin, *edge1, *edge2, *normal; /* [count][3] metres; normal has length 1 */
-    double *area_m2;                         /* [count] */
-    double *reflectance;                     /* [count][channels] area mean of rho */
-    double *exitance;                        /* [count][channels] M = pi Le, W/m2 */
-    size_t degenerate_count;                 /* faces dropped because they have no area */
-    double weld_m;          /* vertices within this distance were made one; touching is judged by it */
-    size_t duplicate_count; /* patches dropped because an equal, same-facing one came before */
+    double *opposite;    /* [count][2] of a quadrilateral: parameters of the corner opposite to the origin */
+    double *area_m2;     /* [count] */
+    double *reflectance; /* [count][channels] area mean of rho */
+    double *exitance;    /* [count][channels] M = pi Le, W/m2 */
+    size_t degenerate_count; /* faces dropped because they have no area */
+    double weld_m;           /* vertices within this distance were made one; touching is judged by it */
+    size_t duplicate_count;  /* patches dropped because an equal, same-facing one came before */
 } hpr_patches;
 
 /* Allocates arrays for `capacity` patches, all zero, count = capacity. */
@@ -32,14 +33,14 @@ void hpr_patches_destroy(hpr_patches **patches);
 
 /*
  * Makes the patches of a scene: welds vertices within 4 float32 ulp of the scene's size, merges adjacent
- * triangles of one mesh to parallelograms (lowest index first), drops degenerate faces and exact same-facing
- * duplicates and counts them. Order: face order; a doubleSided face gives its front, then its back.
- * Errors: HPR_ERR_MEMORY.
+ * triangles of one mesh to parallelograms (lowest index first), what is left of them in one plane to convex
+ * quadrilaterals, drops degenerate faces and exact same-facing duplicates and counts them. Order: face order;
+ * a doubleSided face gives its front, then its back. Errors: HPR_ERR_MEMORY.
  */
 hpr_status hpr_patches_build(const hpr_scene *scene, hpr_patches **patches);
 
-/* The same, but what would be dropped stays in its place as a patch without area, edges and normal, so that
- * dropping renumbers nothing. */
+/* The same for matrices of view factors: what would be dropped stays in its place as a patch without area,
+ * edges and normal, so that dropping renumbers nothing; and there are no quadrilaterals. */
 hpr_status hpr_patches_build_all(const hpr_scene *scene, hpr_patches **patches);
 
 /* Corners in order: 4 or 3 points. Returns their number. */

@@ -167,15 +167,14 @@ static void add_group(void *user, const hpr_group *group)
     const group_side *outer = by_recv ? &recv : &send, *inner = by_recv ? &send : &recv;
     const double scale = group->scale / 3.14159265358979323846;
     size_t count = (size_t)inner->points->count;
-    hpr_basis_many(inner->frame->shape, inner->frame->degree, count, inner->points->s, inner->points->t,
-                   count, scratch->inner_basis, scratch->recurrences);
+    hpr_frame_basis_many(inner->frame, count, inner->points->s, inner->points->t, count, scratch->inner_basis,
+                         scratch->recurrences);
     for (int i = 0; i < outer->points->count; i++) {
         kernel_row(outer->points, i, inner->points, scale * outer->points->weight[i], scratch->kernel);
         if (e->sampled)
             sample_visibility(e, outer, i, inner, scratch->kernel);
         transport(scratch, inner, scratch->transported);
-        hpr_basis_eval(outer->frame->shape, outer->frame->degree, outer->points->s[i], outer->points->t[i],
-                       scratch->outer_basis);
+        hpr_frame_basis(outer->frame, outer->points->s[i], outer->points->t[i], scratch->outer_basis);
         add_product(e, by_recv ? scratch->outer_basis : scratch->transported,
                     by_recv ? scratch->transported : scratch->outer_basis);
     }
@@ -247,8 +246,7 @@ static void apply_homothety(evaluation *e, int level, const hpr_centre *centre)
 /* From parameter measure to area, and from phi to T. */
 static double area_factor(const hpr_element_frame *frame)
 {
-    double jacobian = frame->shape == HPR_SHAPE_PARALLELOGRAM ? frame->area_m2 : 2 * frame->area_m2;
-    return jacobian * hpr_basis_scale(frame->shape, frame->area_m2);
+    return hpr_frame_jacobian(frame) * hpr_frame_scale(frame);
 }
 
 /* A frame in other units of length. */
@@ -274,7 +272,7 @@ static double unit_scale(const hpr_block_task *task)
 /* phi_0, for T_0 = 1 / sqrt(A). */
 static double first_value(const hpr_element_frame *frame)
 {
-    return 1 / (sqrt(frame->area_m2) * hpr_basis_scale(frame->shape, frame->area_m2));
+    return 1 / (sqrt(frame->area_m2) * hpr_frame_scale(frame));
 }
 
 /* The blockers as polygons, moved like the pair. */

@@ -103,7 +103,7 @@ static void set_rule(clipped *c, bool recv_is_outer, const hpr_polygon *inner, d
 
 static double frame_area(const hpr_element_frame *frame, const hpr_polygon *polygon)
 {
-    return hpr_polygon_area(polygon) * (frame->shape == HPR_SHAPE_PARALLELOGRAM ? 1 : 2) * frame->area_m2;
+    return hpr_polygon_area(polygon) * hpr_frame_jacobian(frame);
 }
 
 /* The constant side is the inner one, where the closed form serves; else the larger. */
@@ -155,8 +155,7 @@ hpr_clipped_outcome hpr_clipped_choose(const hpr_gauss_table *gauss, const hpr_p
         }
     }
     /* From the dimensionless block to the integral over the outer parameters. */
-    double per_block =
-        sqrt(c.inner->area_m2 / c.outer->area_m2) * (c.outer->shape == HPR_SHAPE_PARALLELOGRAM ? 1 : 0.5);
+    double per_block = sqrt(c.inner->area_m2 / c.outer->area_m2) * hpr_frame_measure(c.outer);
     c.allowed = box_share * fmax(fmax(demand->tolerance * total, demand->negligible * per_block),
                                  rounding / box_share * total);
     for (int p = 0; p < pieces.count; p++) {

@@ -36,6 +36,8 @@ static void cut_to_front(side *side, double contact_m)
     append(&whole, o[0] + e1[0], o[1] + e1[1]);
     if (cell->shape == HPR_SHAPE_PARALLELOGRAM)
         append(&whole, o[0] + e1[0] + e2[0], o[1] + e1[1] + e2[1]);
+    else if (cell->shape == HPR_SHAPE_QUADRILATERAL)
+        append(&whole, cell->opposite[0], cell->opposite[1]);
     append(&whole, o[0] + e2[0], o[1] + e2[1]);
     side->front.count = 0;
     side->whole = true;
@@ -188,7 +190,7 @@ static void add_contact(const side *a, const side *b, double along, double conta
 
 static void leave_whole(const side *side, hpr_piece *pieces, int *count)
 {
-    if (side->whole)
+    if (side->whole && side->cell->shape != HPR_SHAPE_QUADRILATERAL)
         pieces[(*count)++] = (hpr_piece){*side->cell, HPR_TOUCH_NONE};
     else
         add_fan(pieces, count, HPR_TOUCH_NONE, &side->front);

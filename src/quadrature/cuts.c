@@ -212,7 +212,7 @@ int hpr_cuts_cells(hpr_shape shape, const hpr_polygon *piece, hpr_cell *cells)
 {
     static const double rounding = 1e-14;
     if (shape == HPR_SHAPE_PARALLELOGRAM && fabs(hpr_polygon_area(piece) - 1) < rounding) {
-        cells[0] = hpr_cell_whole(HPR_SHAPE_PARALLELOGRAM);
+        cells[0] = hpr_cell_whole(&(hpr_element_frame){.shape = HPR_SHAPE_PARALLELOGRAM});
         return 1;
     }
     return hpr_cuts_fan(piece, cells);

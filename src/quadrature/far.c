@@ -1,6 +1,7 @@
 #include "quadrature/far.h"
 
 #include "math/gauss.h"
+#include "math/planar_basis.h"
 
 #include <string.h>
 
@@ -13,7 +14,7 @@ typedef struct node_set {
 
 struct hpr_far {
     hpr_context *context;
-    node_set set[2][HPR_MAX_DEGREE + 1]; /* [shape][degree] */
+    node_set set[2][HPR_MAX_DEGREE + 1]; /* [shape][degree]; those of a quadrilateral are its own */
     double *memory;
 };
 
@@ -93,10 +94,11 @@ void hpr_far_destroy(hpr_far **out)
 /* Corners, then the centre. */
 static int sample_points(const hpr_element_frame *frame, hpr_vec3 point[5])
 {
-    hpr_cell whole = hpr_cell_whole(frame->shape);
+    hpr_cell whole = hpr_cell_whole(frame);
     int count = hpr_cell_corners(frame, &whole, point);
-    double middle = frame->shape == HPR_SHAPE_TRIANGLE ? 1.0 / 3 : 0.5;
-    point[count] = hpr_frame_point(frame, middle, middle);
+    double middle[2];
+    hpr_shape_middle(frame->shape, frame->opposite, middle);
+    point[count] = hpr_frame_point(frame, middle[0], middle[1]);
     return count;
 }
 
@@ -181,14 +183,39 @@ static side place_points(const node_set *set, const hpr_element_frame *frame, co
         s.z[p] = x.z;
         s.height[p] = hpr_dot(hpr_sub(x, plane), other->normal);
     }
-    s.factor = sqrt(frame->shape == HPR_SHAPE_PARALLELOGRAM ? frame->area_m2 : 2 * frame->area_m2);
+    s.factor = sqrt(hpr_frame_jacobian(frame));
     return s;
 }
 
 size_t hpr_far_scratch(void)
 {
     size_t n = axis_nodes(HPR_MAX_DEGREE);
-    return 9 * n * n + HPR_MAX_BASIS;
+    return 9 * n * n + HPR_MAX_BASIS + 2 * set_size(HPR_SHAPE_QUADRILATERAL, HPR_MAX_DEGREE);
+}
+
+/* The nodes of an element: those of its shape, or made in `memory` [set_size]. */
+static node_set set_of(const hpr_far *tables, const hpr_element_frame *frame, double *memory)
+{
+    if (frame->shape != HPR_SHAPE_QUADRILATERAL)
+        return tables->set[frame->shape][frame->degree];
+    size_t n = axis_nodes(frame->degree), points = n * n;
+    node_set set = {points,
+                    hpr_basis_count(frame->shape, frame->degree),
+                    memory,
+                    memory + points,
+                    memory + 2 * points,
+                    memory + 3 * points};
+    for (size_t p = 0; p < points; p++) {
+        hpr_planar_node node = hpr_planar_gauss(frame->opposite, &hpr_gauss.legendre[n], (int)n, (int)p);
+        double *phi = set.phi + p * set.basis_count;
+        set.s[p] = node.s;
+        set.t[p] = node.t;
+        set.weight[p] = node.weight;
+        hpr_frame_basis(frame, node.s, node.t, phi);
+        for (size_t k = 0; k < set.basis_count; k++)
+            phi[k] *= node.weight;
+    }
+    return set;
 }
 
 /* One row of G, and the sum of the squares with weights. */
@@ -208,8 +235,11 @@ hpr_far_result hpr_far_block(const hpr_far *tables, const hpr_element_frame *rec
                              const hpr_element_frame *send, double *block, double *scratch)
 {
     static const double pi = 3.14159265358979323846;
-    const node_set *recv_set = &tables->set[recv->shape][recv->degree],
-                   *send_set = &tables->set[send->shape][send->degree];
+    double *own_sets = scratch + 9 * axis_nodes(HPR_MAX_DEGREE) * axis_nodes(HPR_MAX_DEGREE) + HPR_MAX_BASIS;
+    const node_set recv_nodes = set_of(tables, recv, own_sets);
+    const node_set send_nodes =
+        set_of(tables, send, own_sets + set_size(HPR_SHAPE_QUADRILATERAL, HPR_MAX_DEGREE));
+    const node_set *recv_set = &recv_nodes, *send_set = &send_nodes;
     double *next = scratch;
     side r = place_points(recv_set, recv, send, recv->origin, next);
     next += 4 * recv_set->point_count;

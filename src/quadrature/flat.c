@@ -61,13 +61,6 @@ static hpr_vec3 turned(const axes *a, hpr_vec3 v)
     return (hpr_vec3){hpr_dot(a->x, v), hpr_dot(a->y, v), triple(a->base, v) / a->twice};
 }
 
-static double highest(const hpr_affine *h, hpr_shape shape, double sign)
-{
-    double one = sign * (h->at_origin + h->along1), two = sign * (h->at_origin + h->along2);
-    double last = shape == HPR_SHAPE_PARALLELOGRAM ? one + sign * h->along2 : one;
-    return fmax(fmax(sign * h->at_origin, last), fmax(one, two));
-}
-
 static double longest_edge(const hpr_pair *pair)
 {
     return fmax(fmax(hpr_length(pair->recv.edge1), hpr_length(pair->recv.edge2)),
@@ -78,10 +71,10 @@ static double longest_edge(const hpr_pair *pair)
 static bool is_flat(const hpr_pair *pair, double contact)
 {
     static const double flat = 0.02;
-    double over = highest(&pair->send_height, pair->send.shape, 1);
-    double below = highest(&pair->send_height, pair->send.shape, -1);
+    double over = hpr_frame_largest(&pair->send, &pair->send_height);
+    double below = -hpr_frame_least(&pair->send, &pair->send_height);
     return fmax(over, below) < flat * longest_edge(pair) && over > contact &&
-           highest(&pair->recv_height, pair->recv.shape, 1) > contact;
+           hpr_frame_largest(&pair->recv, &pair->recv_height) > contact;
 }
 
 /* Points nearer to the plane than that lie in it but for rounding. */
@@ -100,7 +93,7 @@ void hpr_pair_flatten(hpr_pair *pair, double contact)
     axes a = {.base = &pair->recv};
     a.x = hpr_scale(recv.edge1, 1 / hpr_length(recv.edge1));
     a.y = hpr_cross(recv.normal, a.x);
-    a.twice = recv.shape == HPR_SHAPE_TRIANGLE ? 2 * recv.area_m2 : recv.area_m2;
+    a.twice = hpr_frame_jacobian(&recv);
     recv.edge1 = (hpr_vec3){hpr_length(recv.edge1), 0, 0};
     recv.edge2 = (hpr_vec3){hpr_dot(a.x, recv.edge2), a.twice / recv.edge1.x, 0};
     recv.normal = (hpr_vec3){0, 0, 1};

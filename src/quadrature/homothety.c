@@ -1,6 +1,7 @@
 #include "quadrature/homothety.h"
 
 #include "direct/lambert.h"
+#include "math/planar_basis.h"
 #include "quadrature/analytic.h"
 #include "quadrature/polar.h"
 
@@ -81,7 +82,7 @@ static hpr_convergence convergence(const chooser *c, const hpr_nested *rule, con
     hpr_convergence con = {ellipse, INFINITY, ellipse, 1, hpr_total_degree(outer->frame)};
     if (con.degree) {
         double chord[2];
-        hpr_frame_chord(outer->frame->shape, from, to, chord);
+        hpr_frame_chord(outer->frame, from, to, chord);
         con.growth = hpr_chord_growth(con.ellipse, chord[0], chord[1]);
     }
     if (count > 2) {
@@ -216,6 +217,20 @@ static void crossing(const hpr_element_frame *frame, const hpr_affine *height, h
     point[1] = (height->along1 * rest + height->at_origin * e1) / determinant;
 }
 
+/* The same from a quadrilateral: across each side, as far as the element reaches from it. */
+static double skew_growth(const hpr_element_frame *frame, const double centre[2])
+{
+    const hpr_polygon outline = hpr_frame_outline(frame);
+    double growth = 1;
+    for (int i = 0; i < 4; i++) {
+        const double *p = outline.corner[i], *q = outline.corner[(i + 1) % 4];
+        const hpr_affine inside = {(q[1] - p[1]) * p[0] - (q[0] - p[0]) * p[1], p[1] - q[1], q[0] - p[0]};
+        double reach = hpr_frame_largest(frame, &inside);
+        growth = fmax(growth, hpr_ellipse(hpr_affine_at(&inside, centre[0], centre[1]) / reach, 0));
+    }
+    return growth;
+}
+
 /* Growth of polynomials from the element to the centre. */
 static double side_growth(const hpr_element_frame *frame, const double centre[2])
 {
@@ -223,6 +238,8 @@ static double side_growth(const hpr_element_frame *frame, const double centre[2]
     if (frame->shape == HPR_SHAPE_TRIANGLE)
         growth = fmax(fmax(hpr_ellipse(centre[0], 0), hpr_ellipse(centre[1], 0)),
                       hpr_ellipse(1 - centre[0] - centre[1], 0));
+    if (frame->shape == HPR_SHAPE_QUADRILATERAL)
+        growth = skew_growth(frame, centre);
     return pow(growth, frame->degree);
 }
 
@@ -303,6 +320,22 @@ static void scale_tensor(const hpr_gauss_table *gauss, int degree, double centre
     }
 }
 
+/* Node of n x n product Gauss on a triangle or a quadrilateral, exact up to degree 2 n - 2. Returns its
+ * weight. */
+static double domain_node(const hpr_gauss_table *gauss, const hpr_element_frame *frame, int n, int index,
+                          double *s, double *t)
+{
+    if (frame->shape == HPR_SHAPE_QUADRILATERAL) {
+        hpr_planar_node node = hpr_planar_gauss(frame->opposite, &gauss->legendre[n], n, index);
+        *s = node.s;
+        *t = node.t;
+        return node.weight;
+    }
+    *t = gauss->jacobi[n].node[index / n];
+    *s = gauss->legendre[n].node[index % n] * (1 - *t);
+    return gauss->legendre[n].weight[index % n] * gauss->jacobi[n].weight[index / n];
+}
+
 /* C [count][count] of one side. */
 static void scale_matrix(const hpr_gauss_table *gauss, const hpr_element_frame *frame, const double centre[2],
                          double lambda, double *matrix)
@@ -320,13 +353,11 @@ static void scale_matrix(const hpr_gauss_table *gauss, const hpr_element_frame *
         return;
     }
     double here[HPR_MAX_BASIS], there[HPR_MAX_BASIS];
-    const hpr_gauss_rule *along = &gauss->legendre[n], *across = &gauss->jacobi[n];
     for (size_t q = 0; q < n * n; q++) {
-        double t = across->node[q / n], s = along->node[q % n] * (1 - t);
-        double weight = along->weight[q % n] * across->weight[q / n];
-        hpr_basis_eval(frame->shape, frame->degree, s, t, here);
-        hpr_basis_eval(frame->shape, frame->degree, centre[0] + lambda * (s - centre[0]),
-                       centre[1] + lambda * (t - centre[1]), there);
+        double s, t, weight = domain_node(gauss, frame, (int)n, (int)q, &s, &t);
+        hpr_frame_basis(frame, s, t, here);
+        hpr_frame_basis(frame, centre[0] + lambda * (s - centre[0]), centre[1] + lambda * (t - centre[1]),
+                        there);
         for (size_t l = 0; l < count; l++) {
             for (size_t m = 0; m < count; m++)
                 matrix[l * count + m] += weight * there[l] * here[m];

@@ -67,7 +67,7 @@ static grid quad_grid(const nested *n, const quad *q, int axis, double strength,
         double ellipse = hpr_bernstein(place(n, from), place(n, to), n->outline, n->count);
         hpr_convergence con = {ellipse, strength, ellipse, 1, hpr_total_degree(n->outer)};
         if (con.degree && isfinite(con.ellipse)) {
-            hpr_frame_chord(n->outer->shape, from, to, chord);
+            hpr_frame_chord(n->outer, from, to, chord);
             con.growth = hpr_chord_growth(con.ellipse, chord[0], chord[1]);
         }
         int nodes = hpr_convergence_nodes(&con, tolerance);
@@ -290,7 +290,7 @@ static void add_pieces(nested *n, const hpr_polygon *outer)
 
 static double frame_area(const hpr_element_frame *frame, const hpr_polygon *polygon)
 {
-    return hpr_polygon_area(polygon) * (frame->shape == HPR_SHAPE_PARALLELOGRAM ? 1 : 2) * frame->area_m2;
+    return hpr_polygon_area(polygon) * hpr_frame_jacobian(frame);
 }
 
 bool hpr_nested_choose(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_polygon *recv,

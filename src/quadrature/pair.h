@@ -12,17 +12,32 @@ typedef struct hpr_element_frame {
     int degree;
     hpr_vec3 origin, edge1, edge2, normal;
     double area_m2;
+    /* Of a quadrilateral: patch/shape.h; and its basis, math/planar_basis.h, borrowed, NULL will do for
+     * degree 0. */
+    double opposite[2];
+    const double *recurrence;
 } hpr_element_frame;
+
+/* Area of the parameter domain, and |edge1 x edge2|: from it to the area in space. */
+double hpr_frame_measure(const hpr_element_frame *frame);
+double hpr_frame_jacobian(const hpr_element_frame *frame);
+
+/* hpr_basis_eval, hpr_basis_many and hpr_basis_scale for any shape. Thread-safe. */
+void hpr_frame_basis(const hpr_element_frame *frame, double s, double t, double *values);
+void hpr_frame_basis_many(const hpr_element_frame *frame, size_t count, const double *s, const double *t,
+                          size_t stride, double *values, double *scratch);
+double hpr_frame_scale(const hpr_element_frame *frame);
 
 /* The frame of a node, and that of a leaf. */
 hpr_element_frame hpr_node_frame(const hpr_patches *patches, const hpr_elements *elements, size_t node);
 hpr_element_frame hpr_leaf_frame(const hpr_patches *patches, const hpr_elements *elements, size_t leaf);
 
 /* A piece of an element in its parameters: (s,t) = origin + a edge1 + b edge2, (a,b) in the unit square or
- * the unit triangle. */
+ * the unit triangle. A quadrilateral is only ever a whole element, which rules take in triangles. */
 typedef struct hpr_cell {
     hpr_shape shape;
     double origin[2], edge1[2], edge2[2];
+    double opposite[2]; /* of a quadrilateral */
 } hpr_cell;
 
 /* A convex piece of an element in its parameters, counter-clockwise or not. */
@@ -76,13 +91,18 @@ double hpr_inner_fraction(const hpr_pair *pair, const hpr_element_frame *outer,
                           const hpr_element_frame *inner, const hpr_convex *polygon, hpr_vec3 point,
                           bool *complete);
 
-/* The whole element as a cell. */
-hpr_cell hpr_cell_whole(hpr_shape shape);
+/* The whole element as a cell, and as a polygon. */
+hpr_cell hpr_cell_whole(const hpr_element_frame *frame);
+hpr_polygon hpr_frame_outline(const hpr_element_frame *frame);
+/* The largest and the least value of a function on the element. */
+double hpr_frame_largest(const hpr_element_frame *frame, const hpr_affine *f);
+double hpr_frame_least(const hpr_element_frame *frame, const hpr_affine *f);
 hpr_cell hpr_cell_triangle(const double p0[2], const double p1[2], const double p2[2]);
 
 /* The part of the line from + u (to - from), in parameters, that lies in the element: [chord[0], chord[1]],
  * made to hold [0, 1]. */
-void hpr_frame_chord(hpr_shape shape, const double from[2], const double to[2], double chord[2]);
+void hpr_frame_chord(const hpr_element_frame *frame, const double from[2], const double to[2],
+                     double chord[2]);
 
 /* Corners of a cell in space, 3 or 4; returns their number. */
 int hpr_cell_corners(const hpr_element_frame *frame, const hpr_cell *cell, hpr_vec3 corner[4]);

@@ -316,7 +316,7 @@ static void choose_nodes(partial *p, double tolerance)
 
 static double frame_area(const hpr_element_frame *frame, const hpr_polygon *polygon)
 {
-    return hpr_polygon_area(polygon) * (frame->shape == HPR_SHAPE_PARALLELOGRAM ? 1 : 2) * frame->area_m2;
+    return hpr_polygon_area(polygon) * hpr_frame_jacobian(frame);
 }
 
 hpr_partial hpr_partial_integrate(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_polygon *recv,
@@ -344,7 +344,7 @@ hpr_partial hpr_partial_integrate(const hpr_gauss_table *gauss, const hpr_pair *
         hpr_vec3 x = hpr_frame_point(p.outer, outer->corner[i][0], outer->corner[i][1]);
         p.slack = hpr_max(p.slack, rounding * hpr_length(hpr_sub(x, p.outline.corner[0])));
     }
-    double jacobian = p.outer->area_m2 * (p.outer->shape == HPR_SHAPE_PARALLELOGRAM ? 1 : 2);
+    double jacobian = hpr_frame_jacobian(p.outer);
     double tolerance = demand->tolerance;
     hpr_events events;
     hpr_cuts pieces;

@@ -58,7 +58,7 @@ static void add_group(void *user, const hpr_group *group)
         if (a->by_rays && is_hidden(a, y->s[j], y->t[j]))
             continue;
         double kernel = a->factor * group->scale * x->weight[0] * y->weight[j] / (r2 * r2);
-        hpr_basis_eval(send->shape, send->degree, y->s[j], y->t[j], basis);
+        hpr_frame_basis(send, y->s[j], y->t[j], basis);
         for (size_t l = 0; l < count; l++)
             a->row[l] += kernel * basis[l];
     }
@@ -107,19 +107,12 @@ static void set_blockers(const hpr_block_task *task, hpr_point_scratch *scratch,
     pair->blocker_count = (int)task->blocker_count;
 }
 
-static hpr_polygon whole_polygon(hpr_shape shape)
-{
-    if (shape == HPR_SHAPE_TRIANGLE)
-        return (hpr_polygon){3, {{0, 0}, {1, 0}, {0, 1}}};
-    return (hpr_polygon){4, {{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
-}
-
 void hpr_point_gather(const hpr_block_task *task, double s, double t, double *row, hpr_point_scratch *scratch,
                       hpr_block_result *result)
 {
     const hpr_element_frame *send = &task->send;
     const double at[2] = {s, t};
-    const hpr_polygon whole = whole_polygon(send->shape);
+    const hpr_polygon whole = hpr_frame_outline(send);
     const hpr_polygon *part = task->send_part ? task->send_part : &whole;
     int part_count = task->send_part ? task->send_part_count : 1;
     hpr_pair pair;
@@ -130,10 +123,9 @@ void hpr_point_gather(const hpr_block_task *task, double s, double t, double *ro
     bool clip = task->blocker_count > 0 && task->blocker_count <= HPR_CLIP_BLOCKERS;
     if (clip)
         set_blockers(task, scratch, &pair);
-    double jacobian = send->area_m2 * (send->shape == HPR_SHAPE_PARALLELOGRAM ? 1 : 2);
     arrival a = {.task = task,
                  .at = {s, t},
-                 .factor = jacobian * hpr_basis_scale(send->shape, send->area_m2) / 3.14159265358979323846 *
+                 .factor = hpr_frame_jacobian(send) * hpr_frame_scale(send) / 3.14159265358979323846 *
                            (clip ? 1 / (tiny * tiny) : 1),
                  .by_rays = task->blocker_count > HPR_CLIP_BLOCKERS,
                  .row = row,

@@ -184,7 +184,7 @@ void hpr_points_clipped(const hpr_gauss_table *gauss, const hpr_pair *pair, cons
              .outer_normal = outer->normal,
              .dual1 = hpr_scale(hpr_cross(inner->edge2, across), 1 / square),
              .dual2 = hpr_scale(hpr_cross(across, inner->edge1), 1 / square),
-             .jacobian = inner->area_m2 * (inner->shape == HPR_SHAPE_PARALLELOGRAM ? 1 : 2),
+             .jacobian = hpr_frame_jacobian(inner),
              .tolerance = rule->tolerance,
              .degree = rule->inner_degree,
              .group = group,

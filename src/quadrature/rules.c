@@ -325,7 +325,7 @@ static double height_rounding(const hpr_element_frame *frame, const hpr_element_
 static void set_rounding(chooser *c, const hpr_contact *contact)
 {
     const hpr_element_frame *recv = &c->pair->recv, *send = &c->pair->send;
-    hpr_cell whole[2] = {hpr_cell_whole(recv->shape), hpr_cell_whole(send->shape)};
+    hpr_cell whole[2] = {hpr_cell_whole(recv), hpr_cell_whole(send)};
     hpr_vec3 a[4], b[4];
     int na = hpr_cell_corners(recv, &whole[0], a), nb = hpr_cell_corners(send, &whole[1], b);
     double distance = hpr_polygon_distance(a, na, b, nb), offset = hpr_length(send->origin);
@@ -412,11 +412,12 @@ static void integrate(chooser *c, const hpr_cell *recv, const hpr_cell *send)
 }
 
 /* Part k of an element in cells; all of it if it has no parts. */
-static int part_cells(hpr_shape shape, const hpr_polygon *part, int part_count, int k, hpr_cell *cell)
+static int part_cells(const hpr_element_frame *frame, const hpr_polygon *part, int part_count, int k,
+                      hpr_cell *cell)
 {
     if (part_count)
         return hpr_cuts_tiles(&part[k], cell);
-    cell[0] = hpr_cell_whole(shape);
+    cell[0] = hpr_cell_whole(frame);
     return 1;
 }
 
@@ -428,9 +429,9 @@ static void integrate_parts(chooser *c)
     hpr_cell recv[HPR_POLYGON_MAX], send[HPR_POLYGON_MAX];
     bool seen = false;
     for (int i = 0; i < (p->recv_part_count ? p->recv_part_count : 1); i++) {
-        int recv_count = part_cells(p->recv.shape, p->recv_part, p->recv_part_count, i, recv);
+        int recv_count = part_cells(&p->recv, p->recv_part, p->recv_part_count, i, recv);
         for (int j = 0; j < (p->send_part_count ? p->send_part_count : 1); j++) {
-            int send_count = part_cells(p->send.shape, p->send_part, p->send_part_count, j, send);
+            int send_count = part_cells(&p->send, p->send_part, p->send_part_count, j, send);
             for (int k = 0; k < recv_count * send_count; k++) {
                 integrate(c, &recv[k / send_count], &send[k % send_count]);
                 seen |= c->outcome.seen;
@@ -445,11 +446,9 @@ int hpr_total_degree(const hpr_element_frame *frame)
     return frame->shape == HPR_SHAPE_PARALLELOGRAM ? 2 * frame->degree : frame->degree;
 }
 
-static double largest_height(const hpr_affine *height, hpr_shape shape)
+static double largest_height(const hpr_affine *height, const hpr_element_frame *frame)
 {
-    double a = height->at_origin, b = a + height->along1, c = a + height->along2;
-    double d = shape == HPR_SHAPE_PARALLELOGRAM ? b + height->along2 : a;
-    return fmax(fmax(fmax(a, b), fmax(c, d)), 0);
+    return fmax(hpr_frame_largest(frame, height), 0);
 }
 
 /*
@@ -463,8 +462,8 @@ static double tolerance_of(const hpr_pair *pair, const hpr_cell *recv, const hpr
     hpr_vec3 a[4], b[4];
     int na = hpr_cell_corners(&pair->recv, recv, a), nb = hpr_cell_corners(&pair->send, send, b);
     double r2 = pow(hpr_polygon_distance(a, na, b, nb), 2);
-    double heights = largest_height(&pair->recv_height, pair->recv.shape) *
-                     largest_height(&pair->send_height, pair->send.shape);
+    double heights =
+        largest_height(&pair->recv_height, &pair->recv) * largest_height(&pair->send_height, &pair->send);
     double numerator = heights * sqrt(pair->recv.area_m2 * pair->send.area_m2);
     double allowed = demand->negligible * (3.14159265358979323846 * r2 * r2);
     return fmax(demand->tolerance, fmin(loosest, numerator > 0 ? allowed / numerator : loosest));
@@ -477,7 +476,7 @@ hpr_rule_outcome hpr_rules_choose(const hpr_gauss_table *gauss, const hpr_pair *
     static const double share = 0.5; /* a rule errs along several axes */
     chooser c = {
         .gauss = gauss, .pair = pair, .demand = demand, .scratch = scratch, .sink = sink, .user = user};
-    hpr_cell recv = hpr_cell_whole(pair->recv.shape), send = hpr_cell_whole(pair->send.shape);
+    hpr_cell recv = hpr_cell_whole(&pair->recv), send = hpr_cell_whole(&pair->send);
     c.tolerance = share * tolerance_of(pair, &recv, &send, demand);
     /* Cells about as large as their distance cost least at low degree; at high degree the polynomials' own
      * nodes pay for larger ones. */

@@ -15,6 +15,8 @@ static double patch_distance(const hpr_patches *patches, size_t patch, const dou
     if (patches->shape[patch] == HPR_SHAPE_PARALLELOGRAM) {
         *s -= outside(*s, 0, 1) * (*s < 0 ? -1 : 1);
         *t -= outside(*t, 0, 1) * (*t < 0 ? -1 : 1);
+    } else if (patches->shape[patch] == HPR_SHAPE_QUADRILATERAL) {
+        hpr_quad_bring_inside(patches->opposite + 2 * patch, s, t);
     } else {
         *s = *s < 0 ? 0 : *s;
         *t = *t < 0 ? 0 : *t;

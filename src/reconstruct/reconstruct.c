@@ -48,13 +48,12 @@ void hpr_reconstruct_point(const hpr_reconstruction *reconstruction, size_t patc
     const hpr_solution *solution = reconstruction->solution;
     const hpr_elements *elements = solution->elements;
     size_t n = solution->channel_count;
-    hpr_shape shape = (hpr_shape)solution->patches->shape[patch];
     double leaf_s, leaf_t, basis[HPR_MAX_BASIS];
     size_t leaf = hpr_elements_locate(solution->patches, elements, patch, s, t, &leaf_s, &leaf_t);
-    uint32_t node = elements->leaf[leaf];
-    size_t count = hpr_basis_count(shape, elements->degree[node]);
-    double scale = hpr_basis_scale(shape, elements->area_m2[node]);
-    hpr_basis_eval(shape, elements->degree[node], leaf_s, leaf_t, basis);
+    const hpr_element_frame frame = hpr_leaf_frame(solution->patches, elements, leaf);
+    size_t count = hpr_basis_count(frame.shape, frame.degree);
+    double scale = hpr_frame_scale(&frame);
+    hpr_frame_basis(&frame, leaf_s, leaf_t, basis);
     for (size_t c = 0; c < n; c++)
         irradiance[c] = 0;
     if (!hpr_coverage_open(reconstruction->coverage, leaf, leaf_s, leaf_t))

@@ -92,8 +92,8 @@ static int choose_axis(void *user, const hpr_piece_of_leaf *piece)
     const decision *d = s->of_leaf[piece->leaf];
     if (!d || d->raise)
         return -1;
-    if (s->patches->shape[piece->patch] == HPR_SHAPE_TRIANGLE)
-        return piece->depth == 0 ? 0 : -1;
+    if (s->patches->shape[piece->patch] != HPR_SHAPE_PARALLELOGRAM)
+        return piece->depth == 0 ? piece->level % 2 : -1;
     int both = d->halve[0] + d->halve[1];
     if (piece->depth >= both)
         return -1;

@@ -65,7 +65,7 @@ typedef struct leaf_integral {
     const energy *e;
     size_t leaf, patch;
     uint32_t node;
-    hpr_shape shape;
+    hpr_element_frame frame;
     hpr_cell
         cell; /* triangle of the leaf's parameters over which boxes lie, collapsed: a = u (1 - v), b = v */
     int cells, nodes; /* boxes so far, nodes per axis of a box */
@@ -84,11 +84,10 @@ static void leaf_radiosity(const leaf_integral *l, double s, double t, double *r
 {
     const energy *e = l->e;
     double basis[HPR_MAX_BASIS];
-    int degree = e->elements->degree[l->node];
-    double scale = hpr_basis_scale(l->shape, e->elements->area_m2[l->node]);
-    size_t n = e->channels, count = hpr_basis_count(l->shape, degree);
+    double scale = hpr_frame_scale(&l->frame);
+    size_t n = e->channels, count = hpr_basis_count(l->frame.shape, l->frame.degree);
     bool open = hpr_coverage_open(e->coverage, l->leaf, s, t);
-    hpr_basis_eval(l->shape, degree, s, t, basis);
+    hpr_frame_basis(&l->frame, s, t, basis);
     for (size_t c = 0; c < n; c++) {
         double h = 0;
         for (size_t k = 0; k < count && open; k++)
@@ -115,7 +114,7 @@ static void integrate_box(leaf_integral *l, const double box[4], double *sum, do
     int nodes = l->nodes;
     const hpr_gauss_rule *gauss = &hpr_gauss.legendre[nodes];
     const double *o = l->cell.origin, *e1 = l->cell.edge1, *e2 = l->cell.edge2;
-    double parameters = l->shape == HPR_SHAPE_TRIANGLE ? 0.5 : 1; /* area of the parameter domain */
+    double parameters = hpr_frame_measure(&l->frame);
     double area =
         fabs(e1[0] * e2[1] - e1[1] * e2[0]) * l->e->elements->area_m2[l->node] / parameters * box[2] * box[3];
     memset(sum, 0, 2 * l->e->channels * sizeof *sum);
@@ -173,10 +172,7 @@ static void cut_at_planes(const leaf_integral *l, hpr_cuts *pieces)
 {
     const hpr_patches *patches = l->e->patches;
     const hpr_elements *elements = l->e->elements;
-    hpr_polygon whole = {.count = l->shape == HPR_SHAPE_TRIANGLE ? 3 : 4,
-                         .corner = {{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
-    if (l->shape == HPR_SHAPE_TRIANGLE)
-        memcpy(whole.corner[2], whole.corner[3], sizeof whole.corner[2]);
+    const hpr_polygon whole = hpr_frame_outline(&l->frame);
     hpr_cuts_init(pieces, &whole);
     size_t own = 3 * (size_t)l->node;
     for (size_t j = 0; j < patches->count; j++) {
@@ -236,10 +232,7 @@ static void lose_by_rays(leaf_integral *l, double *total)
             at[k] = hpr_hash_unit(4 * l->leaf + k + 1) + (double)(r + 1) * step[k];
             at[k] -= floor(at[k]);
         }
-        if (l->shape == HPR_SHAPE_TRIANGLE && at[0] + at[1] > 1) {
-            at[0] = 1 - at[0];
-            at[1] = 1 - at[1];
-        }
+        hpr_shape_uniform(l->frame.shape, l->frame.opposite, at[0], at[1], at);
         leaf_point(l, at[0], at[1], point);
         cosine_direction(e->patches, l->patch, at + 2, direction);
         bool back = false;
@@ -253,8 +246,11 @@ static void lose_by_rays(leaf_integral *l, double *total)
 static void lose_from_leaf(const energy *e, size_t leaf)
 {
     uint32_t node = e->elements->leaf[leaf], patch = e->elements->patch[node];
-    leaf_integral l = {
-        .e = e, .leaf = leaf, .patch = patch, .node = node, .shape = (hpr_shape)e->patches->shape[patch]};
+    leaf_integral l = {.e = e,
+                       .leaf = leaf,
+                       .patch = patch,
+                       .node = node,
+                       .frame = hpr_leaf_frame(e->patches, e->elements, leaf)};
     double *total = e->lost + 2 * e->channels * leaf;
     int degree = e->elements->degree[node];
     l.nodes = e->elements->leaf_count < MANY_LEAVES || degree + 2 > CELL_NODES ? CELL_NODES : degree + 2;

@@ -17,7 +17,7 @@ static int axes(hpr_shape shape)
     return shape == HPR_SHAPE_PARALLELOGRAM ? 2 : 1;
 }
 
-/* Degree of function k along an axis; of a triangle the total degree. */
+/* Degree of function k along an axis of a parallelogram, else its total degree. */
 static int degree_of(hpr_shape shape, int degree, int axis, size_t k)
 {
     size_t n = (size_t)degree + 1;

@@ -12,7 +12,7 @@
 #include "solver/solution.h"
 
 typedef struct hpr_indicator {
-    double error2[2]; /* square of what is left out along each axis of a parallelogram; of a triangle [0] */
+    double error2[2]; /* square of what is left out along each axis of a parallelogram; else [0] */
     double ratio[2];  /* q, 0 .. 1, of each */
 } hpr_indicator;
 

@@ -33,15 +33,14 @@ static double part_of(const hpr_elements *e, double area, double error2, const h
 static hpr_spot place(const hpr_solution *solution, size_t leaf, size_t k)
 {
     static const double step[2] = {0.75487766624669276, 0.56984029099805327};
-    const hpr_elements *e = solution->elements;
-    double at[2];
+    const hpr_element_frame frame = hpr_leaf_frame(solution->patches, solution->elements, leaf);
+    double at[2], point[2];
     for (size_t i = 0; i < 2; i++) {
         at[i] = hpr_hash_unit(2 * leaf + i + 1) + (double)(k + 1) * step[i];
         at[i] -= floor(at[i]);
     }
-    bool triangle = solution->patches->shape[e->patch[e->leaf[leaf]]] == HPR_SHAPE_TRIANGLE;
-    bool fold = triangle && at[0] + at[1] > 1;
-    return (hpr_spot){leaf, fold ? 1 - at[0] : at[0], fold ? 1 - at[1] : at[1]};
+    hpr_shape_uniform(frame.shape, frame.opposite, at[0], at[1], point);
+    return (hpr_spot){leaf, point[0], point[1]};
 }
 
 /* Systematic sampling of the leaves by their parts. */
@@ -133,13 +132,12 @@ static double square_at(const measuring *m, size_t i, size_t channel)
     size_t leaf = m->spot[i].leaf, n = solution->channel_count;
     if (!hpr_coverage_open(m->transport->coverage, leaf, m->spot[i].s, m->spot[i].t))
         return 0;
-    uint32_t node = e->leaf[leaf];
-    hpr_shape shape = (hpr_shape)solution->patches->shape[e->patch[node]];
+    const hpr_element_frame frame = hpr_leaf_frame(solution->patches, e, leaf);
     double basis[HPR_MAX_BASIS], h = 0;
-    hpr_basis_eval(shape, e->degree[node], m->spot[i].s, m->spot[i].t, basis);
+    hpr_frame_basis(&frame, m->spot[i].s, m->spot[i].t, basis);
     for (size_t k = e->dof[leaf]; k < e->dof[leaf + 1]; k++)
         h += basis[k - e->dof[leaf]] * m->indirect[n * k + channel];
-    double difference = m->irradiance[n * i + channel] - h * hpr_basis_scale(shape, e->area_m2[node]);
+    double difference = m->irradiance[n * i + channel] - h * hpr_frame_scale(&frame);
     return m->weight[i] * difference * difference;
 }
 

@@ -27,9 +27,11 @@ typedef struct hpr_face {
     double per_length[3];      /* change of s, t and 1 - s - t per length across their edges */
     double low[3], high[3];    /* box of the corners after growing by reach */
     uint32_t patch;
-    bool triangle;
-    bool single; /* no twin: the back lets culled rays through */
-    bool empty;  /* no area: nothing hits it */
+    uint8_t shape;     /* hpr_shape */
+    double skew[2][3]; /* quadrilateral: [0] + [1] s + [2] t, in scene units inside of the edges away from
+                        * the origin */
+    bool single;       /* no twin: the back lets culled rays through */
+    bool empty;        /* no area: nothing hits it */
 } hpr_face;
 
 /* A convex polygon; inside of edge k is where inward[k] . (x - origin) >= offset[k]. */
@@ -115,7 +117,10 @@ static inline bool hpr_face_holds(const hpr_face *face, const double offset[3], 
     double grow_s = growth * face->per_length[0], grow_t = growth * face->per_length[1];
     if (*s < -grow_s || *t < -grow_t)
         return false;
-    if (face->triangle)
+    if (face->shape == HPR_SHAPE_QUADRILATERAL)
+        return face->skew[0][0] + face->skew[0][1] * *s + face->skew[0][2] * *t >= -growth &&
+               face->skew[1][0] + face->skew[1][1] * *s + face->skew[1][2] * *t >= -growth;
+    if (face->shape == HPR_SHAPE_TRIANGLE)
         return *s + *t <= 1 + growth * face->per_length[2];
     return *s <= 1 + grow_s && *t <= 1 + grow_t;
 }

@@ -9,16 +9,48 @@ enum { FEW_BLOCKERS = 16 };
 /* Corners of the scene have |x'| <= 1; what lies outside this ball touches no face. */
 static const double ball_radius = 1 + 1e-5;
 
+/* The edges of a quadrilateral away from the origin. */
+static void set_skew(hpr_face *face, const double opposite[2])
+{
+    double a = opposite[0], b = opposite[1];
+    const double inside[2][3] = {{b, -b, a - 1}, {a, b - 1, -a}};
+    for (int i = 0; i < 2; i++) {
+        double gradient[3];
+        for (int k = 0; k < 3; k++)
+            gradient[k] = inside[i][1] * face->dual1[k] + inside[i][2] * face->dual2[k];
+        for (int k = 0; k < 3; k++)
+            face->skew[i][k] = inside[i][k] / hpr_length3(gradient);
+    }
+}
+
+/* Corners of a quadrilateral whose edges are moved outward by reach. */
+static void grow_quadrilateral(const hpr_face *face, double reach, double corner[4][2])
+{
+    /* s, t and the two functions of the other edges are >= -reach; in the order of the edges */
+    const double edge[4][3] = {{reach, 0, 1 / face->per_length[1]},
+                               {face->skew[0][0] + reach, face->skew[0][1], face->skew[0][2]},
+                               {face->skew[1][0] + reach, face->skew[1][1], face->skew[1][2]},
+                               {reach, 1 / face->per_length[0], 0}};
+    for (int i = 0; i < 4; i++) {
+        const double *f = edge[(i + 3) % 4], *g = edge[i];
+        double determinant = f[1] * g[2] - f[2] * g[1];
+        corner[i][0] = (f[2] * g[0] - f[0] * g[2]) / determinant;
+        corner[i][1] = (f[0] * g[1] - f[1] * g[0]) / determinant;
+    }
+}
+
 static void set_box(hpr_face *face, const double edge1[3], const double edge2[3], double reach)
 {
     double a = reach * face->per_length[0], b = reach * face->per_length[1], c = reach * face->per_length[2];
     const double triangle[4][2] = {{-a, -b}, {1 + c + b, -b}, {-a, 1 + c + a}, {-a, -b}};
-    const double parallelogram[4][2] = {{-a, -b}, {1 + a, -b}, {1 + a, 1 + b}, {-a, 1 + b}};
+    double corner[4][2] = {{-a, -b}, {1 + a, -b}, {1 + a, 1 + b}, {-a, 1 + b}};
+    if (face->shape == HPR_SHAPE_QUADRILATERAL)
+        grow_quadrilateral(face, reach, corner);
     for (int k = 0; k < 3; k++) {
         face->low[k] = INFINITY;
         face->high[k] = -INFINITY;
         for (int i = 0; i < 4; i++) {
-            const double *st = face->triangle ? triangle[i] : parallelogram[i];
+            const double *st = face->shape == HPR_SHAPE_TRIANGLE ? triangle[i] : corner[i];
             double x = face->origin[k] + st[0] * edge1[k] + st[1] * edge2[k];
             face->low[k] = fmin(face->low[k], x);
             face->high[k] = fmax(face->high[k], x);
@@ -39,7 +71,7 @@ static void set_face(const hpr_visibility *visibility, size_t patch, hpr_face *f
     hpr_cross3(edge1, edge2, across);
     double square = hpr_dot3(across, across);
     face->patch = (uint32_t)patch;
-    face->triangle = patches->shape[patch] == HPR_SHAPE_TRIANGLE;
+    face->shape = patches->shape[patch];
     face->single = patches->twin[patch] == HPR_NONE;
     face->empty = !(square >= DBL_MIN);
     if (face->empty)
@@ -54,6 +86,8 @@ static void set_face(const hpr_visibility *visibility, size_t patch, hpr_face *f
     face->per_length[0] = hpr_length3(face->dual1);
     face->per_length[1] = hpr_length3(face->dual2);
     face->per_length[2] = hpr_length3(sum);
+    if (face->shape == HPR_SHAPE_QUADRILATERAL)
+        set_skew(face, patches->opposite + 2 * patch);
     set_box(face, edge1, edge2, visibility->reach);
 }
 

@@ -33,7 +33,7 @@ def solve(hprad, scene, setting, target):
 
 
 def read_patches(path):
-    """(shape, origin, edge1, edge2, normal, area) of each patch of a solution."""
+    """(shape, origin, edge1, edge2, normal, area, opposite) of each patch of a solution."""
     with open(path, "rb") as file:
         data = file.read()
     length = struct.unpack_from("<I", data, 12)[0]
@@ -41,12 +41,28 @@ def read_patches(path):
     patches = gltf["extensions"]["HPRAD_radiosity"]["patches"]
 
     def items(key):
-        array = patches[key]
+        array = patches.get(key)
+        if array is None:  # opposite, of a solution without quadrilaterals
+            return [(1, 1)] * patches["count"]
         start = 28 + length + gltf["bufferViews"][array["bufferView"]].get("byteOffset", 0)
         code = f"<{array['components']}{'B' if array['componentType'] == 'uint8' else 'd'}"
         return [struct.unpack_from(code, data, start + i * struct.calcsize(code)) for i in range(array["count"])]
 
-    return list(zip(*(items(key) for key in ("shape", "origin", "edge1", "edge2", "normal", "area"))))
+    return list(zip(*(items(key) for key in ("shape", "origin", "edge1", "edge2", "normal", "area", "opposite"))))
+
+
+def point_of(shape, opposite, u, v):
+    """Parameters, uniform over the patch if (u,v) is over the unit square."""
+    first, second = (1, 0), (0, 1)
+    if shape == 2:  # one of the triangles beside the diagonal
+        share = opposite[1] / sum(opposite)
+        if u < share:
+            u, second = u / share, opposite
+        else:
+            u, first = (u - share) / (1 - share), opposite
+    if shape != 0 and u + v > 1:
+        u, v = 1 - u, 1 - v
+    return u * first[0] + v * second[0], u * first[1] + v * second[1]
 
 
 def write_points(patches, path):
@@ -54,10 +70,8 @@ def write_points(patches, path):
     with open(path, "w", encoding="utf-8") as file:
         file.write("x,y,z,nx,ny,nz\n")
         for patch in numbers.choices(patches, weights=[patch[5][0] for patch in patches], k=POINTS):
-            (shape,), origin, edge1, edge2, normal, _ = patch
-            s, t = numbers.random(), numbers.random()
-            if shape == 1 and s + t > 1:
-                s, t = 1 - s, 1 - t
+            (shape,), origin, edge1, edge2, normal, _, opposite = patch
+            s, t = point_of(shape, opposite, numbers.random(), numbers.random())
             point = [o + s * a + t * b for o, a, b in zip(origin, edge1, edge2)]
             file.write(",".join(f"{x:.17g}" for x in (*point, *normal)) + "\n")
 

@@ -42,15 +42,12 @@ static double random_unit(uint64_t *state)
 
 static void place(const hpr_patches *patches, size_t patch, uint64_t *seed, sample *at)
 {
-    double s = random_unit(seed), t = random_unit(seed);
-    if (patches->shape[patch] == HPR_SHAPE_TRIANGLE && s + t > 1) {
-        s = 1 - s;
-        t = 1 - t;
-    }
+    double u = random_unit(seed), v = random_unit(seed), st[2];
+    hpr_shape_uniform((hpr_shape)patches->shape[patch], patches->opposite + 2 * patch, u, v, st);
     *at = (sample){.patch = patch};
     for (size_t k = 0; k < 3; k++)
-        at->point[k] = patches->origin[3 * patch + k] + s * patches->edge1[3 * patch + k] +
-                       t * patches->edge2[3 * patch + k];
+        at->point[k] = patches->origin[3 * patch + k] + st[0] * patches->edge1[3 * patch + k] +
+                       st[1] * patches->edge2[3 * patch + k];
 }
 
 /* SPREAD points stratified by area over all patches, then PER_PATCH on each. */

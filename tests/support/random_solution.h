@@ -26,6 +26,8 @@ static inline hpr_patches *random_patches(hpr_context *ctx, uint64_t *seed, size
     enum { COUNT = 7 };
     hpr_patches *p = NULL;
     assert_int_equal(hpr_patches_create(ctx, COUNT, channels, &p), HPR_OK);
+    p->opposite[12] = 1.4; /* of patch 6 */
+    p->opposite[13] = 0.7;
     for (size_t i = 0; i < COUNT; i++) {
         double frame[9];
         for (int k = 0; k < 9; k++)
@@ -35,8 +37,11 @@ static inline hpr_patches *random_patches(hpr_context *ctx, uint64_t *seed, size
         if (i == 4)
             shapes_twin(p, 3, 4);
         else
-            shapes_set(p, i, i % 2 ? HPR_SHAPE_TRIANGLE : HPR_SHAPE_PARALLELOGRAM, frame, frame + 3,
-                       frame + 6);
+            shapes_set(p, i,
+                       i == 6  ? HPR_SHAPE_QUADRILATERAL
+                       : i % 2 ? HPR_SHAPE_TRIANGLE
+                               : HPR_SHAPE_PARALLELOGRAM,
+                       frame, frame + 3, frame + 6);
         p->node[i] = (uint32_t)random_bits(seed);
         p->primitive[i] = (uint32_t)random_bits(seed);
         if (i > 2)

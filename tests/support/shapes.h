@@ -71,6 +71,7 @@ static inline hpr_patches *shapes_create(hpr_context *ctx, size_t count)
     return patches;
 }
 
+/* Of a quadrilateral, patches->opposite must be there already. */
 static inline void shapes_set(hpr_patches *patches, size_t i, hpr_shape shape, const double origin[3],
                               const double edge1[3], const double edge2[3])
 {
@@ -84,7 +85,7 @@ static inline void shapes_set(hpr_patches *patches, size_t i, hpr_shape shape, c
         patches->normal[3 * i + k] = across[k] / length;
     }
     patches->shape[i] = (uint8_t)shape;
-    patches->area_m2[i] = shape == HPR_SHAPE_TRIANGLE ? 0.5 * length : length;
+    patches->area_m2[i] = length * hpr_shape_measure(shape, patches->opposite + 2 * i);
 }
 
 /* Makes patch j the back of patch i. */

@@ -201,7 +201,7 @@ static double frame_size(const hpr_element_frame *f)
 static double frame_distance(const hpr_element_frame *a, const hpr_element_frame *b)
 {
     hpr_vec3 p[4], q[4];
-    hpr_cell whole_a = hpr_cell_whole(a->shape), whole_b = hpr_cell_whole(b->shape);
+    hpr_cell whole_a = hpr_cell_whole(a), whole_b = hpr_cell_whole(b);
     int np = hpr_cell_corners(a, &whole_a, p), nq = hpr_cell_corners(b, &whole_b, q);
     return hpr_polygon_distance(p, np, q, nq);
 }
@@ -210,7 +210,7 @@ static double frame_distance(const hpr_element_frame *a, const hpr_element_frame
 static bool edge_through(const hpr_element_frame *a, const hpr_element_frame *b)
 {
     hpr_vec3 p[4];
-    hpr_cell whole = hpr_cell_whole(a->shape);
+    hpr_cell whole = hpr_cell_whole(a);
     int n = hpr_cell_corners(a, &whole, p);
     for (int i = 0; i < n; i++) {
         hpr_vec3 from = hpr_sub(p[i], b->origin), along = hpr_sub(p[(i + 1) % n], p[i]);

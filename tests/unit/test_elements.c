@@ -274,7 +274,7 @@ static void memory_may_run_out_anywhere(void **state)
         assert_int_equal(status, HPR_ERR_MEMORY);
         failures++;
     }
-    assert_int_equal(failures, 14 + 13); /* allocations of patches and of elements */
+    assert_int_equal(failures, 15 + 14); /* allocations of patches and of elements */
     allocator.fail_at = SIZE_MAX;
     hpr_context_destroy(&ctx);
 }

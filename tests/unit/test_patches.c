@@ -177,17 +177,73 @@ static void attributes_must_be_affine(void **state)
     assert_int_equal(patches_of_pair(b, square, NULL, spot[0]), 2);
 }
 
-static void only_parallelograms_merge(void **state)
+static void only_flat_convex_pairs_merge(void **state)
 {
     bench *b = *state;
     const double bent[4][3] = {{0, 0, 0}, {2, 0, 0}, {2, 1, 0}, {0, 1, 0.001}};
+    const double bent_trapezoid[4][3] = {{0, 0, 0}, {2, 0, 0}, {1.9, 1, 0}, {0, 1, 0.001}};
+    const double dart[4][3] = {{0, 0, 0}, {2, 1, 0}, {0.5, 0.5, 0}, {1, 2, 0}};
+    const double straight[4][3] = {{0, 0, 0}, {2, 0, 0}, {1.01, 1, 0}, {0, 2, 0}};
     const double trapezoid[4][3] = {{0, 0, 0}, {2, 0, 0}, {1.9, 1, 0}, {0, 1, 0}};
     const double rounded[4][3] = {{0, 0, 0}, {2, 0, 0}, {2.0000002, 1, 0}, {0, 1, 2e-7}};
     const double skewed[4][3] = {{0, 0, 0}, {2, 0, 1}, {3, 1, 1.5}, {1, 1, 0.5}};
     assert_int_equal(patches_of_pair(b, bent, NULL, NULL), 2);
-    assert_int_equal(patches_of_pair(b, trapezoid, NULL, NULL), 2);
+    assert_int_equal(patches_of_pair(b, bent_trapezoid, NULL, NULL), 2);
+    assert_int_equal(patches_of_pair(b, dart, NULL, NULL), 2);
+    assert_int_equal(patches_of_pair(b, straight, NULL, NULL), 2);
+    assert_int_equal(patches_of_pair(b, trapezoid, NULL, NULL), 1);
     assert_int_equal(patches_of_pair(b, rounded, NULL, NULL), 1);
     assert_int_equal(patches_of_pair(b, skewed, NULL, NULL), 1);
+}
+
+/* From the first triangle's first vertex counter-clockwise, on the back the other way round. */
+static void quadrilaterals_have_an_opposite_corner(void **state)
+{
+    bench *b = *state;
+    const double skew[4][3] = {{1, 0, 3}, {3, 0, 3}, {2.5, 1, 3}, {1, 2, 3}};
+    const uint32_t faces[2][4] = {{2, 3, 1, NONE}, {0, 1, 3, NONE}};
+    uint32_t both = add_material(b, 0.5, true);
+    add_mesh(b, MESH(0, both, skew, faces));
+    const hpr_patches *p = build(b);
+    assert_int_equal(p->count, 2);
+    assert_int_equal(p->shape[0], HPR_SHAPE_QUADRILATERAL);
+    assert_int_equal(p->shape[1], HPR_SHAPE_QUADRILATERAL);
+    assert_frame(p, 0, skew[2], skew[3], skew[1]);
+    assert_frame(p, 1, skew[2], skew[1], skew[3]);
+    assert_true(p->opposite[0] == p->opposite[3] && p->opposite[1] == p->opposite[2]);
+    for (size_t i = 0; i < 2; i++) {
+        double corner[4][3], gap[3];
+        assert_int_equal(hpr_patch_corners(p, i, corner), 4);
+        hpr_subtract3(corner[2], skew[0], gap);
+        /* a sum of three products of numbers up to 3, and their parameters */
+        assert_true(hpr_length3(gap) <= 32 * DBL_EPSILON);
+        assert_true(fabs(p->area_m2[i] - 2.5) <= 16 * DBL_EPSILON);
+    }
+}
+
+/* A triangle that could go with two others goes where it makes a parallelogram. */
+static void parallelograms_come_first(void **state)
+{
+    bench *b = *state;
+    const double strip[5][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {-0.5, 0.75, 0}};
+    const uint32_t faces[3][4] = {{0, 2, 4, NONE}, {0, 1, 2, NONE}, {1, 3, 2, NONE}};
+    add_mesh(b, MESH(0, NONE, strip, faces));
+    const hpr_patches *p = build(b);
+    assert_int_equal(p->count, 2);
+    assert_int_equal(p->shape[0], HPR_SHAPE_TRIANGLE);
+    assert_int_equal(p->shape[1], HPR_SHAPE_PARALLELOGRAM);
+}
+
+/* View factors have a row for each triangle as ever. */
+static void factors_know_no_quadrilaterals(void **state)
+{
+    bench *b = *state;
+    const double skew[4][3] = {{0, 0, 0}, {2, 0, 0}, {1.5, 1, 0}, {0, 2, 0}};
+    const uint32_t faces[2][4] = {{0, 1, 2, NONE}, {0, 2, 3, NONE}};
+    add_mesh(b, MESH(0, NONE, skew, faces));
+    assert_int_equal(hpr_patches_build_all(b->scene, &b->patches), HPR_OK);
+    assert_int_equal(b->patches->shape[0], HPR_SHAPE_TRIANGLE);
+    assert_int_equal(b->patches->shape[1], HPR_SHAPE_TRIANGLE);
 }
 
 static void opposite_winding_does_not_merge(void **state)
@@ -361,17 +417,20 @@ static void quads_stay_whole_or_fall_in_two(void **state)
     double up[5][3];
     memcpy(up, v, sizeof v);
     for (int k = 0; k < 5; k++)
-        up[k][2] = 1;
+        up[k][2] = k == 3 ? 1.5 : 1;
     add_mesh(b, MESH(0, NONE, v, whole));
-    add_mesh(b, MESH(0, NONE, up, halved));
+    add_mesh(b, MESH(0, NONE, up, halved)); /* not flat */
+    add_mesh(b, MESH(0, NONE, v, halved));
     const hpr_patches *p = build(b);
-    assert_int_equal(p->count, 3);
+    assert_int_equal(p->count, 4);
     assert_int_equal(p->shape[0], HPR_SHAPE_PARALLELOGRAM);
     assert_frame(p, 0, v[1], v[2], v[0]);
     assert_int_equal(p->shape[1], HPR_SHAPE_TRIANGLE);
     assert_frame(p, 1, up[0], up[1], up[4]);
     assert_frame(p, 2, up[0], up[4], up[3]);
-    assert_true(p->area_m2[1] == 1 && p->area_m2[2] == 0.75);
+    assert_int_equal(p->shape[3], HPR_SHAPE_QUADRILATERAL);
+    assert_frame(p, 3, v[0], v[1], v[3]);
+    assert_true(p->opposite[6] == 0.75 && p->opposite[7] == 1 && p->area_m2[3] == 1.75);
 }
 
 static void two_sides_are_twins(void **state)
@@ -510,8 +569,11 @@ int main(void)
         FACT(merging_starts_at_the_first_triangle),
         FACT(lowest_index_merges_first),
         FACT(attributes_must_be_affine),
-        FACT(only_parallelograms_merge),
+        FACT(only_flat_convex_pairs_merge),
         FACT(opposite_winding_does_not_merge),
+        FACT(quadrilaterals_have_an_opposite_corner),
+        FACT(parallelograms_come_first),
+        FACT(factors_know_no_quadrilaterals),
         FACT(meshes_do_not_merge),
         FACT(welding_closes_gaps_of_rounding_only),
         FACT(welding_comes_before_merging),

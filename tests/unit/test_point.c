@@ -73,7 +73,7 @@ static void test_constant(void **state)
             double s = 0.1 + 0.4 * (k % 3), t = 0.1 + 0.4 * (k / 3), row[HPR_MAX_BASIS];
             hpr_block_task task = {.recv = floor_frame(), .send = sender(which, 0), .tolerance = 1e-13};
             hpr_block_result result = {0};
-            hpr_cell whole = hpr_cell_whole(task.send.shape);
+            hpr_cell whole = hpr_cell_whole(&task.send);
             hpr_vec3 at[4];
             double corner[4][3];
             size_t corners = (size_t)hpr_cell_corners(&task.send, &whole, at);

@@ -50,7 +50,7 @@ static void for_all(check_half *check)
     for (int shape = 0; shape < 2; shape++) {
         for (size_t d = 0; d < sizeof degrees / sizeof *degrees; d++) {
             for (int i = 0; i < (shape == HPR_SHAPE_TRIANGLE ? 2 : 4); i++) {
-                hpr_half half = {(hpr_shape)shape, i / 2, i % 2, degrees[d][0], degrees[d][1]};
+                hpr_half half = {(hpr_shape)shape, i / 2, i % 2, degrees[d][0], degrees[d][1], NULL};
                 check(tables, &half, &state);
             }
         }

@@ -3,6 +3,7 @@
 #include "link/blocked.h"
 #include "link/links.h"
 #include "link/refine.h"
+#include "quadrature/constants.h"
 #include "quadrature/far.h"
 
 #include <math.h>
@@ -15,6 +16,10 @@ typedef struct worker {
     hpr_views_cursor *cursor;
     hpr_block_scratch *scratch;
     double *far_scratch;
+    /* of links by leaves: one of their blocks, the frames of both sides, which pairs are near */
+    double *piece;
+    hpr_element_frame *frame;
+    bool *near;
     uint32_t *candidate, *blocker; /* [occluder_count] of a pair of patches, of a pair of nodes */
     size_t candidate_count;
     uint32_t recv_patch, send_patch; /* the pair of patches that the candidates belong to */
@@ -133,6 +138,27 @@ static int inner_degree(double link_tolerance)
     return degree < 1 ? 1 : degree > 8 ? 8 : degree;
 }
 
+/* What the workers need for links of the tree's nodes. */
+static hpr_status give_scratch(assembly *a)
+{
+    hpr_context *ctx = a->context;
+    size_t most = a->links->tree->most_at_once, far = hpr_far_scratch(),
+           constants = hpr_constants_scratch(most, most);
+    hpr_status status = HPR_OK;
+    for (int t = 0; status == HPR_OK && t < hpr_context_threads(ctx); t++) {
+        worker *w = &a->workers[t];
+        status = hpr_allocate_into(ctx, &w->far_scratch, far > constants ? far : constants, sizeof(double),
+                                   "quadrature scratch");
+        if (status == HPR_OK)
+            status = hpr_allocate_into(ctx, &w->piece, most * most, sizeof(double), "quadrature scratch");
+        if (status == HPR_OK)
+            status = hpr_allocate_into(ctx, &w->frame, 2 * most, sizeof *w->frame, "quadrature scratch");
+        if (status == HPR_OK)
+            status = hpr_allocate_into(ctx, &w->near, most * most, sizeof *w->near, "quadrature scratch");
+    }
+    return status;
+}
+
 static hpr_status make_links(assembly *a, const hpr_links_demand *demand)
 {
     hpr_links *links = a->links;
@@ -142,6 +168,8 @@ static hpr_status make_links(assembly *a, const hpr_links_demand *demand)
         status = hpr_tree_create(a->coverage, a->elements, inner_degree(links->link_tolerance), &links->tree);
     if (status == HPR_OK)
         status = hpr_far_create(a->context, links->tree->highest_degree, &a->far);
+    if (status == HPR_OK)
+        status = give_scratch(a);
     if (status == HPR_OK) {
         const hpr_refinement refinement = {a->coverage, a->visibility, a->views, a->verdict, links};
         status = hpr_links_refine(&refinement);
@@ -206,16 +234,24 @@ static void choose_tolerances(assembly *a, double tolerance)
     links->blocked_tolerance = links->occluded ? a->blocked.tolerance : 0;
 }
 
-/* What may come between the nodes of a link; false if one thing hides all. */
-static bool find_blockers(const assembly *a, worker *w, const hpr_link *link, hpr_block_task *task)
+/* What is integrated at once: the two nodes of a link, or two of the leaves that these are linked by. */
+typedef struct piece {
+    size_t link;
+    uint32_t recv, send;
+    int recv_degree, send_degree;
+    double *block; /* compact */
+} piece;
+
+/* What may come between two nodes; false if one thing hides all. */
+static bool find_blockers(const assembly *a, worker *w, const piece *p, hpr_block_task *task)
 {
-    uint32_t recv = a->elements->patch[link->recv], send = a->elements->patch[link->send];
+    uint32_t recv = a->elements->patch[p->recv], send = a->elements->patch[p->send];
     if (recv != w->recv_patch || send != w->send_patch)
         hpr_views_classify(a->views, w->cursor, recv, send, w->candidate, &w->candidate_count);
     w->recv_patch = recv;
     w->send_patch = send;
-    hpr_facet from = hpr_node_facet(a->coverage, a->links->tree, link->recv),
-              to = hpr_node_facet(a->coverage, a->links->tree, link->send);
+    hpr_facet from = hpr_node_facet(a->coverage, a->links->tree, p->recv),
+              to = hpr_node_facet(a->coverage, a->links->tree, p->send);
     task->blockers = w->blocker;
     return hpr_visibility_classify(a->visibility, &from, &to, w->candidate, w->candidate_count, w->blocker,
                                    &task->blocker_count) != HPR_SEES_NOTHING;
@@ -231,7 +267,7 @@ static bool is_far(const assembly *a, const hpr_block_task *task)
     if (task->recv_part_count || task->send_part_count)
         return false;
     hpr_far_view view = hpr_far_foretell(r, s);
-    if (view.recv_straddles || view.send_straddles || !isfinite(view.norm))
+    if (view.recv_straddles || view.send_straddles || view.hidden || !isfinite(view.norm))
         return false;
     double error = hypot(hpr_far_left_out(view.norm, view.recv_rho, r->degree + HPR_FAR_EXCESS),
                          hpr_far_left_out(view.norm, view.send_rho, s->degree + HPR_FAR_EXCESS));
@@ -245,48 +281,47 @@ static bool leaves_out(const hpr_tree *tree, uint32_t node, int degree)
     return tree->elements->child[node] != HPR_NONE || degree < tree->degree[node];
 }
 
-static void integrate_far(const assembly *a, worker *w, const hpr_block_task *task, size_t l)
+static void integrate_far(const assembly *a, worker *w, const hpr_block_task *task, const piece *p)
 {
-    const hpr_link *link = &a->links->link[l];
     const hpr_tree *tree = a->links->tree;
-    hpr_far_result result =
-        hpr_far_block(a->far, &task->recv, &task->send, a->links->block + link->offset, w->far_scratch);
-    double recv = leaves_out(tree, link->recv, link->recv_degree) ? result.recv_error : 0;
-    double send = leaves_out(tree, link->send, link->send_degree) ? result.send_error : 0;
-    a->left_out2[l] = recv * recv + send * send;
+    hpr_far_result result = hpr_far_block(a->far, &task->recv, &task->send, p->block, w->far_scratch);
+    double recv = leaves_out(tree, p->recv, p->recv_degree) ? result.recv_error : 0;
+    double send = leaves_out(tree, p->send, p->send_degree) ? result.send_error : 0;
+    a->left_out2[p->link] += recv * recv + send * send;
     w->counts[HPR_COUNT_PAIRS_VISIBLE]++;
     w->counts[HPR_COUNT_BLOCKS]++;
     w->counts[HPR_COUNT_KERNEL] += result.kernel_count;
 }
 
 /* The block of a link as it was before, if it was clipped: rays have an error that is not kept. */
-static const double *find_known(const assembly *a, const hpr_link *link)
+static const double *find_known(const assembly *a, const piece *p)
 {
     const hpr_links *known = a->known;
-    if (!known || known->sampling_error > 0 || link->recv >= known->row_count ||
-        link->send >= known->row_count)
+    if (!known || known->sampling_error > 0 || p->recv >= known->row_count || p->send >= known->row_count)
         return NULL;
-    for (size_t i = known->row[link->recv]; i < known->row[link->recv + 1]; i++) {
+    for (size_t i = known->row[p->recv]; i < known->row[p->recv + 1]; i++) {
         const hpr_link *old = &known->link[known->row_link[i]];
-        if (old->recv == link->recv && old->send == link->send && old->recv_degree == link->recv_degree &&
-            old->send_degree == link->send_degree)
+        if (old->recv == p->recv && old->send == p->send && old->recv_degree == p->recv_degree &&
+            old->send_degree == p->send_degree)
             return known->block + old->offset;
     }
     return NULL;
 }
 
-static void integrate_near(const assembly *a, worker *w, hpr_block_task *task, size_t l)
+static void integrate_near(const assembly *a, worker *w, hpr_block_task *task, const piece *p)
 {
-    const hpr_link *link = &a->links->link[l];
-    const double *known = find_known(a, link);
+    const double *known = find_known(a, p);
     if (known) {
-        memcpy(a->links->block + link->offset, known, hpr_link_size(a->links, link) * sizeof *known);
+        const hpr_tree *tree = a->links->tree;
+        memcpy(p->block, known,
+               hpr_tree_count(tree, p->recv, p->recv_degree) * hpr_tree_count(tree, p->send, p->send_degree) *
+                   sizeof *known);
         return;
     }
-    double recv_m2 = task->recv.area_m2 * hpr_tree_open_share(a->links->tree, a->coverage, link->recv),
-           send_m2 = task->send.area_m2 * hpr_tree_open_share(a->links->tree, a->coverage, link->send);
+    double recv_m2 = task->recv.area_m2 * hpr_tree_open_share(a->links->tree, a->coverage, p->recv),
+           send_m2 = task->send.area_m2 * hpr_tree_open_share(a->links->tree, a->coverage, p->send);
     hpr_blocked_decide(&a->blocked, recv_m2, send_m2, task);
-    hpr_block_result result = hpr_block_ref(a->quadrature, task, a->links->block + link->offset, w->scratch);
+    hpr_block_result result = hpr_block_ref(a->quadrature, task, p->block, w->scratch);
     hpr_counter kind = !result.seen          ? HPR_COUNT_PAIRS_HIDDEN
                        : task->blocker_count ? HPR_COUNT_PAIRS_PARTIAL
                                              : HPR_COUNT_PAIRS_VISIBLE;
@@ -300,29 +335,127 @@ static void integrate_near(const assembly *a, worker *w, hpr_block_task *task, s
     w->counts[HPR_COUNT_SAMPLED] += result.status == HPR_BLOCK_SAMPLED;
     double *error = result.status == HPR_BLOCK_SAMPLED ? &w->sampled_error : &w->block_error;
     *error = fmax(*error, result.error);
-    a->sampled2[l] = hpr_blocked_error2(&a->blocked, task, &result);
+    a->sampled2[p->link] += hpr_blocked_error2(&a->blocked, task, &result);
 }
 
-static void integrate_link(const assembly *a, worker *w, size_t l)
+static void integrate_piece(const assembly *a, worker *w, const piece *p)
 {
-    const hpr_link *link = &a->links->link[l];
-    hpr_block_task task = {.recv = hpr_tree_frame(a->links->tree, link->recv, link->recv_degree),
-                           .send = hpr_tree_frame(a->links->tree, link->send, link->send_degree),
+    hpr_block_task task = {.recv = hpr_tree_frame(a->links->tree, p->recv, p->recv_degree),
+                           .send = hpr_tree_frame(a->links->tree, p->send, p->send_degree),
                            .tolerance = a->links->tolerance,
                            .negligible = a->links->tolerance,
                            .contact_m = a->patches->weld_m,
                            .visibility = a->visibility,
-                           .seed = (uint64_t)link->recv << 32 | link->send};
-    task.recv_part = hpr_tree_parts(a->links->tree, a->coverage, link->recv, &task.recv_part_count);
-    task.send_part = hpr_tree_parts(a->links->tree, a->coverage, link->send, &task.send_part_count);
-    if (link->partly && !find_blockers(a, w, link, &task)) {
+                           .seed = (uint64_t)p->recv << 32 | p->send};
+    task.recv_part = hpr_tree_parts(a->links->tree, a->coverage, p->recv, &task.recv_part_count);
+    task.send_part = hpr_tree_parts(a->links->tree, a->coverage, p->send, &task.send_part_count);
+    if (a->links->link[p->link].partly && !find_blockers(a, w, p, &task)) {
         w->counts[HPR_COUNT_PAIRS_HIDDEN]++; /* its block stays zero */
         return;
     }
     if (task.blocker_count == 0 && is_far(a, &task))
-        integrate_far(a, w, &task, l);
+        integrate_far(a, w, &task, p);
     else
-        integrate_near(a, w, &task, l);
+        integrate_near(a, w, &task, p);
+}
+
+/* The nodes that one end of a link stands for, and their frames. */
+typedef struct link_end {
+    size_t count;
+    uint32_t node; /* if it is one */
+    int degree;
+    const uint32_t *leaf; /* [count] nodes, if they are leaves */
+} link_end;
+
+static link_end end_of(const hpr_tree *tree, uint32_t node, int degree)
+{
+    const uint32_t *range = tree->leaf + 2 * (size_t)node;
+    if (degree != HPR_TREE_LEAVES)
+        return (link_end){1, node, degree, NULL};
+    return (link_end){range[1] - range[0], node, degree, tree->elements->leaf + range[0]};
+}
+
+static uint32_t end_node(const link_end *end, size_t index)
+{
+    return end->leaf ? end->leaf[index] : end->node;
+}
+
+static int end_degree(const hpr_tree *tree, const link_end *end, size_t index)
+{
+    return end->leaf ? tree->degree[end->leaf[index]] : end->degree;
+}
+
+/* Constants against constants that are not near each other. Returns whether they could be had so; then
+ * w->near tells which are still missing. */
+static bool integrate_constants(const assembly *a, worker *w, const hpr_link *link, const link_end *recv,
+                                const link_end *send)
+{
+    const hpr_links *links = a->links;
+    const hpr_tree *tree = links->tree;
+    const hpr_element_frame r = hpr_tree_frame(tree, link->recv, 0), s = hpr_tree_frame(tree, link->send, 0);
+    hpr_far_view view = hpr_far_foretell(&r, &s);
+    bool open = tree->kind[link->recv] == HPR_NODE_OPEN && tree->kind[link->send] == HPR_NODE_OPEN;
+    bool exact = (recv->leaf || !leaves_out(tree, link->recv, link->recv_degree)) &&
+                 (send->leaf || !leaves_out(tree, link->send, link->send_degree));
+    bool tables = r.shape != HPR_SHAPE_QUADRILATERAL && s.shape != HPR_SHAPE_QUADRILATERAL;
+    bool smooth = tables && !view.recv_straddles && !view.send_straddles && !view.hidden;
+    if (!open || !exact || !smooth || hpr_link_size(links, link) != recv->count * send->count)
+        return false;
+    for (size_t i = 0; i < recv->count; i++)
+        w->frame[i] = hpr_tree_frame(tree, end_node(recv, i), 0);
+    for (size_t j = 0; j < send->count; j++)
+        w->frame[recv->count + j] = hpr_tree_frame(tree, end_node(send, j), 0);
+    size_t far_count = 0;
+    const hpr_panel panel[2] = {{recv->count, w->frame}, {send->count, w->frame + recv->count}};
+    w->counts[HPR_COUNT_KERNEL] += hpr_constants_block(a->far, &panel[0], &panel[1], links->tolerance,
+                                                       links->block + link->offset, w->near, w->far_scratch);
+    for (size_t k = 0; k < recv->count * send->count; k++)
+        far_count += !w->near[k];
+    w->counts[HPR_COUNT_PAIRS_VISIBLE] += far_count;
+    w->counts[HPR_COUNT_BLOCKS] += far_count;
+    return true;
+}
+
+/* Of a link by leaves: the block of one pair of them, put in its place. */
+static void integrate_leaves(const assembly *a, worker *w, piece *p, double *block, size_t columns)
+{
+    const hpr_tree *tree = a->links->tree;
+    size_t rows = hpr_tree_count(tree, p->recv, p->recv_degree),
+           width = hpr_tree_count(tree, p->send, p->send_degree);
+    p->block = w->piece;
+    integrate_piece(a, w, p);
+    for (size_t k = 0; k < rows; k++)
+        memcpy(block + k * columns, p->block + k * width, width * sizeof *block);
+}
+
+static void integrate_link(const assembly *a, worker *w, size_t l)
+{
+    const hpr_links *links = a->links;
+    const hpr_link *link = &links->link[l];
+    const hpr_tree *tree = links->tree;
+    double *block = links->block + link->offset;
+    piece p = {l, link->recv, link->send, link->recv_degree, link->send_degree, block};
+    link_end recv = end_of(tree, link->recv, link->recv_degree),
+             send = end_of(tree, link->send, link->send_degree);
+    if (!recv.leaf && !send.leaf) {
+        integrate_piece(a, w, &p);
+        return;
+    }
+    size_t columns = hpr_tree_count(tree, link->send, link->send_degree), row = 0;
+    bool constants = integrate_constants(a, w, link, &recv, &send);
+    for (size_t i = 0; i < recv.count; i++) {
+        size_t column = 0;
+        p.recv = end_node(&recv, i);
+        p.recv_degree = end_degree(tree, &recv, i);
+        for (size_t j = 0; j < send.count; j++) {
+            p.send = end_node(&send, j);
+            p.send_degree = end_degree(tree, &send, j);
+            if (!constants || w->near[i * send.count + j])
+                integrate_leaves(a, w, &p, block + row * columns + column, columns);
+            column += hpr_tree_count(tree, p.send, p.send_degree);
+        }
+        row += hpr_tree_count(tree, p.recv, p.recv_degree);
+    }
 }
 
 static void integrate_all(assembly *a)
@@ -368,9 +501,6 @@ static hpr_status make_workers(assembly *a)
             status = hpr_allocate_into(ctx, &w->candidate, occluders, sizeof(uint32_t), "blockers");
         if (status == HPR_OK)
             status = hpr_allocate_into(ctx, &w->blocker, occluders, sizeof(uint32_t), "blockers");
-        if (status == HPR_OK)
-            status = hpr_allocate_into(ctx, &w->far_scratch, hpr_far_scratch(), sizeof(double),
-                                       "quadrature scratch");
         w->recv_patch = w->send_patch = HPR_NONE;
     }
     return status;
@@ -390,6 +520,9 @@ static void close_workers(assembly *a)
         hpr_release(a->context, w->candidate);
         hpr_release(a->context, w->blocker);
         hpr_release(a->context, w->far_scratch);
+        hpr_release(a->context, w->piece);
+        hpr_release(a->context, w->frame);
+        hpr_release(a->context, w->near);
     }
     hpr_release(a->context, a->workers);
 }

@@ -95,9 +95,9 @@ void hpr_links_gather(const hpr_links *links, size_t node, size_t channels, cons
                       double *irradiance)
 {
     const hpr_tree *tree = links->tree;
-    size_t own = hpr_tree_count(tree, node, tree->degree[node]);
+    size_t room = hpr_tree_room(tree, node);
     for (size_t c = 0; c < channels; c++)
-        memset(irradiance + c * tree->dof_count + tree->dof[node], 0, own * sizeof *irradiance);
+        memset(irradiance + c * tree->dof_count + tree->dof[node], 0, room * sizeof *irradiance);
     for (size_t r = links->row[node]; r < links->row[node + 1]; r++) {
         const hpr_link *link = &links->link[links->row_link[r]];
         carry(links, link, link->recv == node, channels, radiosity, irradiance);

@@ -11,7 +11,7 @@
 typedef struct hpr_link {
     uint32_t recv, send;              /* nodes; the receiver's patch is before the sender's */
     size_t offset;                    /* its block in hpr_links.block, row-major [n_recv x n_send] */
-    uint8_t recv_degree, send_degree; /* of the block: no more than the nodes' */
+    uint8_t recv_degree, send_degree; /* of the block: no more than the nodes'; or HPR_TREE_LEAVES */
     bool partly;                      /* something may come between */
 } hpr_link;
 

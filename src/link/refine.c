@@ -1,7 +1,9 @@
 /*
  * From pairs of patches down to links. A pair of nodes becomes a link when what the degrees of its inner
  * nodes leave out is small enough; else the node that leaves out more is replaced by its children. What a
- * leaf's degree leaves out does not count: the elements cannot show it anyway.
+ * leaf's degree leaves out does not count: the elements cannot show it anyway. A node with few leaves is
+ * linked by all their coefficients at once where that leaves out less, or takes fewer numbers, than a degree
+ * of its own (the near field of Hackbusch's H2-matrices: leaf clusters of several elements).
  *
  * Links that see each other wholly: e_ij <= tolerance (w + ‖G_ij‖) / 2, w = sqrt(A_i A_j) / A. Half of it is
  * absolute: every pair of points is in one link, so sum w^2 = 1 and these add up to tolerance / 2 at most in
@@ -73,7 +75,7 @@ typedef struct joint {
     uint32_t node;
     bool inner, straddles;
     double area_m2, rho;
-    int degree; /* that the block should have there */
+    int degree; /* that the block should have there, or HPR_TREE_LEAVES */
     bool fits;  /* the degree leaves out no more than it may */
 } joint;
 
@@ -112,6 +114,23 @@ static void choose_degree(const hpr_tree *tree, double norm, double allowed, joi
     j->fits = !j->inner || hpr_far_left_out(norm, j->rho, j->degree) <= allowed;
 }
 
+/* All leaves at once, where that is better. */
+static void consider_leaves(const hpr_tree *tree, joint *j)
+{
+    if (!j->inner || tree->kind[j->node] != HPR_NODE_OPEN || !hpr_tree_at_once(tree, j->node))
+        return;
+    size_t leaves = hpr_tree_count(tree, j->node, HPR_TREE_LEAVES);
+    if (!j->fits || hpr_tree_count(tree, j->node, j->degree) >= leaves)
+        j->degree = HPR_TREE_LEAVES;
+    j->fits = true;
+}
+
+/* Nothing is left out there that the elements could show. */
+static bool is_exact(const joint *j)
+{
+    return !j->inner || j->degree == HPR_TREE_LEAVES;
+}
+
 /* May the pair stay as it is? Chooses the degrees. */
 static bool stands(const walker *w, candidate *c, bool partly)
 {
@@ -127,7 +146,11 @@ static bool stands(const walker *w, candidate *c, bool partly)
         c->recv.degree = w->tree->worth[c->recv.node];
         c->send.degree = w->tree->worth[c->send.node];
     }
-    if (leaves)
+    if (!partly) {
+        consider_leaves(w->tree, &c->recv);
+        consider_leaves(w->tree, &c->send);
+    }
+    if (leaves || (is_exact(&c->recv) && is_exact(&c->send)))
         return true;
     if (!known || (partly && jump * c->norm > allowed))
         return false;
@@ -137,8 +160,9 @@ static bool stands(const walker *w, candidate *c, bool partly)
 /* Is the receiver the one to refine? */
 static bool refines_recv(const candidate *c, bool partly)
 {
-    if (!c->recv.inner || !c->send.inner)
-        return c->recv.inner;
+    bool exact[2] = {is_exact(&c->recv), is_exact(&c->send)};
+    if (exact[0] || exact[1])
+        return exact[1];
     if (c->recv.straddles != c->send.straddles)
         return c->recv.straddles;
     if (partly || !isfinite(c->norm) || c->recv.fits == c->send.fits)

@@ -68,6 +68,22 @@ static void add_node(const gathering *g, worker *w, const hpr_spot *spot, uint32
     w->counts[HPR_COUNT_CLIPS] += result.clip_count;
 }
 
+/* The other end of a link: a node, or all leaves below it. */
+static void add_end(const gathering *g, worker *w, const hpr_spot *spot, uint32_t node, int degree,
+                    double *irradiance)
+{
+    const hpr_tree *tree = g->links->tree;
+    const uint32_t *range = tree->leaf + 2 * (size_t)node;
+    if (degree != HPR_TREE_LEAVES) {
+        add_node(g, w, spot, node, degree, irradiance);
+        return;
+    }
+    for (uint32_t leaf = range[0]; leaf < range[1]; leaf++) {
+        uint32_t send = g->elements->leaf[leaf];
+        add_node(g, w, spot, send, tree->degree[send], irradiance);
+    }
+}
+
 static void gather_spot(const gathering *g, worker *w, const hpr_spot *spot, double *irradiance)
 {
     const hpr_links *links = g->links;
@@ -78,9 +94,9 @@ static void gather_spot(const gathering *g, worker *w, const hpr_spot *spot, dou
         for (size_t i = links->row[node]; i < links->row[node + 1]; i++) {
             const hpr_link *link = &links->link[links->row_link[i]];
             if (link->recv == node)
-                add_node(g, w, spot, link->send, link->send_degree, irradiance);
+                add_end(g, w, spot, link->send, link->send_degree, irradiance);
             else
-                add_node(g, w, spot, link->recv, link->recv_degree, irradiance);
+                add_end(g, w, spot, link->recv, link->recv_degree, irradiance);
         }
     }
 }

@@ -7,14 +7,42 @@ static hpr_shape node_shape(const hpr_tree *tree, size_t node)
     return (hpr_shape)tree->patches->shape[tree->elements->patch[node]];
 }
 
+static size_t leaves_count(const hpr_tree *tree, size_t node)
+{
+    const size_t *dof = tree->elements->dof;
+    return dof[tree->leaf[2 * node + 1]] - dof[tree->leaf[2 * node]];
+}
+
 size_t hpr_tree_count(const hpr_tree *tree, size_t node, int degree)
 {
-    return hpr_basis_count(node_shape(tree, node), degree);
+    return degree == HPR_TREE_LEAVES ? leaves_count(tree, node)
+                                     : hpr_basis_count(node_shape(tree, node), degree);
 }
 
 static size_t own_count(const hpr_tree *tree, size_t node)
 {
     return hpr_tree_count(tree, node, tree->degree[node]);
+}
+
+bool hpr_tree_at_once(const hpr_tree *tree, size_t node)
+{
+    return leaves_count(tree, node) <= tree->most_at_once;
+}
+
+/* Where the copy of the leaves' coefficients is; of a leaf it is the thing itself. */
+static size_t leaves_dof(const hpr_tree *tree, size_t node)
+{
+    return tree->dof[node] + (tree->elements->child[node] == HPR_NONE ? 0 : own_count(tree, node));
+}
+
+static bool has_copy(const hpr_tree *tree, size_t node)
+{
+    return tree->elements->child[node] != HPR_NONE && hpr_tree_at_once(tree, node);
+}
+
+size_t hpr_tree_room(const hpr_tree *tree, size_t node)
+{
+    return own_count(tree, node) + (has_copy(tree, node) ? leaves_count(tree, node) : 0);
 }
 
 hpr_element_frame hpr_tree_frame(const hpr_tree *tree, size_t node, int degree)
@@ -48,6 +76,8 @@ static bool same_order(const hpr_tree *tree, size_t node, int degree)
 const double *hpr_tree_take(const hpr_tree *tree, size_t node, int degree, const double *value, double *room)
 {
     const double *own = value + tree->dof[node];
+    if (degree == HPR_TREE_LEAVES)
+        return value + leaves_dof(tree, node);
     if (same_order(tree, node, degree))
         return own;
     size_t count = (size_t)degree + 1, stride = (size_t)tree->degree[node] + 1;
@@ -58,9 +88,10 @@ const double *hpr_tree_take(const hpr_tree *tree, size_t node, int degree, const
 
 void hpr_tree_add(const hpr_tree *tree, size_t node, int degree, const double *part, double *value)
 {
-    double *own = value + tree->dof[node];
+    bool leaves = degree == HPR_TREE_LEAVES;
+    double *own = value + (leaves ? leaves_dof(tree, node) : tree->dof[node]);
     size_t count = (size_t)degree + 1, stride = (size_t)tree->degree[node] + 1;
-    if (same_order(tree, node, degree)) {
+    if (leaves || same_order(tree, node, degree)) {
         for (size_t k = 0; k < hpr_tree_count(tree, node, degree); k++)
             own[k] += part[k];
         return;
@@ -92,9 +123,8 @@ static uint8_t worthwhile(hpr_shape shape, int limit, size_t functions)
     return (uint8_t)degree;
 }
 
-/* Lists the nodes below `node`, each before its children, and finds their kinds. Returns the number of
- * coefficients of their leaves. */
-static size_t list_below(hpr_tree *tree, const hpr_coverage *coverage, uint32_t node, uint32_t *next)
+/* Lists the nodes below `node`, each before its children, and finds their leaves and kinds. */
+static void list_below(hpr_tree *tree, const hpr_coverage *coverage, uint32_t node, uint32_t *next)
 {
     const hpr_elements *e = tree->elements;
     tree->node[(*next)++] = node;
@@ -102,16 +132,20 @@ static size_t list_below(hpr_tree *tree, const hpr_coverage *coverage, uint32_t 
         uint32_t leaf = e->leaf_of_node[node];
         tree->kind[node] = (uint8_t)leaf_kind(coverage, leaf);
         tree->degree[node] = tree->worth[node] = e->degree[node];
-        return e->dof[leaf + 1] - e->dof[leaf];
+        tree->leaf[2 * node] = leaf;
+        tree->leaf[2 * node + 1] = leaf + 1;
+        return;
     }
     uint32_t child = e->child[node];
-    size_t functions = list_below(tree, coverage, child, next);
-    functions += list_below(tree, coverage, child + 1, next);
+    list_below(tree, coverage, child, next);
+    list_below(tree, coverage, child + 1, next);
+    tree->leaf[2 * node] = tree->leaf[2 * child];
+    tree->leaf[2 * node + 1] = tree->leaf[2 * (child + 1) + 1];
     bool alike = tree->kind[child] == tree->kind[child + 1];
     tree->kind[node] = alike ? tree->kind[child] : HPR_NODE_MIXED;
     tree->degree[node] = (uint8_t)tree->highest_degree;
-    tree->worth[node] = worthwhile(node_shape(tree, node), tree->highest_degree, WORTH * functions);
-    return functions;
+    tree->worth[node] =
+        worthwhile(node_shape(tree, node), tree->highest_degree, WORTH * leaves_count(tree, node));
 }
 
 static void fill(hpr_tree *tree, const hpr_coverage *coverage)
@@ -126,7 +160,7 @@ static void fill(hpr_tree *tree, const hpr_coverage *coverage)
     for (size_t i = 0; i < e->node_count; i++) {
         uint32_t node = tree->node[i];
         tree->dof[node] = tree->dof_count;
-        tree->dof_count += own_count(tree, node);
+        tree->dof_count += hpr_tree_room(tree, node);
     }
 }
 
@@ -154,6 +188,7 @@ hpr_status hpr_tree_create(const hpr_coverage *coverage, const hpr_elements *ele
     tree->elements = elements;
     inner_degree = highest_degree(elements, inner_degree);
     tree->highest_degree = inner_degree;
+    tree->most_at_once = hpr_basis_count(HPR_SHAPE_PARALLELOGRAM, inner_degree);
     status = hpr_two_scale_create(ctx, inner_degree, &tree->two_scale);
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &tree->degree, nodes, sizeof *tree->degree, "the trees of elements");
@@ -161,6 +196,8 @@ hpr_status hpr_tree_create(const hpr_coverage *coverage, const hpr_elements *ele
         status = hpr_allocate_into(ctx, &tree->worth, nodes, sizeof *tree->worth, "the trees of elements");
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &tree->kind, nodes, sizeof *tree->kind, "the trees of elements");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &tree->leaf, 2 * nodes, sizeof *tree->leaf, "the trees of elements");
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &tree->node, nodes, sizeof *tree->node, "the trees of elements");
     if (status == HPR_OK)
@@ -189,6 +226,7 @@ void hpr_tree_destroy(hpr_tree **out)
     hpr_release(ctx, tree->degree);
     hpr_release(ctx, tree->worth);
     hpr_release(ctx, tree->kind);
+    hpr_release(ctx, tree->leaf);
     hpr_release(ctx, tree->node);
     hpr_release(ctx, tree->first);
     hpr_release(ctx, tree->dof);
@@ -218,6 +256,18 @@ static void copy_leaf(const hpr_tree *tree, uint32_t node, const double *from, d
            count * sizeof *to);
 }
 
+/* What a node received for its leaves, to these. */
+static void hand_down(const hpr_tree *tree, uint32_t node, double *value)
+{
+    const hpr_elements *e = tree->elements;
+    const double *part = value + leaves_dof(tree, node);
+    for (uint32_t leaf = tree->leaf[2 * node]; leaf < tree->leaf[2 * node + 1]; leaf++) {
+        double *own = value + tree->dof[e->leaf[leaf]];
+        for (size_t k = 0; k < e->dof[leaf + 1] - e->dof[leaf]; k++)
+            own[k] += *part++;
+    }
+}
+
 void hpr_tree_pull(const hpr_tree *tree, size_t patch, const double *leaf, double *value)
 {
     const hpr_elements *e = tree->elements;
@@ -233,6 +283,9 @@ void hpr_tree_pull(const hpr_tree *tree, size_t patch, const double *leaf, doubl
             hpr_two_scale_pull(tree->two_scale, &half, value + tree->dof[e->child[node] + (uint32_t)which],
                                value + tree->dof[node]);
         }
+        if (has_copy(tree, node))
+            memcpy(value + leaves_dof(tree, node), leaf + e->dof[tree->leaf[2 * node]],
+                   leaves_count(tree, node) * sizeof *value);
     }
 }
 
@@ -245,6 +298,8 @@ void hpr_tree_push(const hpr_tree *tree, size_t patch, double *value, double *le
             copy_leaf(tree, node, value, leaf, true);
             continue;
         }
+        if (has_copy(tree, node))
+            hand_down(tree, node, value);
         for (int which = 0; which < 2; which++) {
             hpr_half half = half_of(tree, node, which);
             hpr_two_scale_push(tree->two_scale, &half, value + tree->dof[node],

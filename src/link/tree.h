@@ -1,7 +1,9 @@
 /*
  * Coefficients on all nodes of the elements' trees. A link joins two nodes of any level; what a node sends
  * is pulled up from the leaves below it, and what it receives is pushed down to them. Inner nodes have a
- * degree of their own, which may be higher than that of the leaves.
+ * degree of their own, which may be higher than that of the leaves. A small node can also be linked by the
+ * coefficients of all its leaves at once, so that near elements need not go one by one; for that it keeps a
+ * copy of them behind its own coefficients.
  * Source: Hanrahan, Salzman & Aupperle 1991; Gortler, Schroeder, Cohen & Hanrahan 1993.
  */
 #ifndef HPR_LINK_TREE_H
@@ -18,6 +20,9 @@ typedef enum hpr_node_kind {
     HPR_NODE_COVERED /* nothing but covered leaves: no links */
 } hpr_node_kind;
 
+/* In the place of a degree: the coefficients of all leaves below a node, leaf after leaf. */
+enum { HPR_TREE_LEAVES = 255 };
+
 typedef struct hpr_tree {
     hpr_context *context;
     const hpr_patches *patches;   /* borrowed */
@@ -27,21 +32,31 @@ typedef struct hpr_tree {
     uint8_t *degree;        /* [node_count] of leaves the element's */
     uint8_t *worth;         /* [node_count] highest degree that a link may have there */
     uint8_t *kind;          /* [node_count] hpr_node_kind */
+    uint32_t *leaf;         /* [node_count][2] the leaves below a node: from, up to */
     uint32_t *node;         /* [node_count] the nodes of patch after patch, each before its children */
     uint32_t *first;        /* [patch_count + 1] into node */
     size_t *dof; /* [node_count] first coefficient of each node; those of a patch are consecutive */
     size_t dof_count;
-    int highest_degree; /* of any node */
+    int highest_degree;  /* of any node */
+    size_t most_at_once; /* coefficients of leaves that a node may be linked by */
 } hpr_tree;
 
-/* Inner nodes get inner_degree, or the highest degree of the leaves if that is more. Errors: HPR_ERR_MEMORY.
+/*
+ * Inner nodes get inner_degree, or the highest degree of the leaves if that is more. Nodes whose leaves have
+ * no more coefficients than a parallelogram of that degree may be linked by these. Errors: HPR_ERR_MEMORY.
  */
 hpr_status hpr_tree_create(const hpr_coverage *coverage, const hpr_elements *elements, int inner_degree,
                            hpr_tree **tree);
 void hpr_tree_destroy(hpr_tree **tree);
 
-/* Number of functions of some degree on a node. */
+/* Number of functions of some degree on a node, or HPR_TREE_LEAVES of them. */
 size_t hpr_tree_count(const hpr_tree *tree, size_t node, int degree);
+
+/* May the node be linked by its leaves' coefficients? Leaves may, for these are their own. */
+bool hpr_tree_at_once(const hpr_tree *tree, size_t node);
+
+/* Coefficients that a node has in the tree's arrays, from dof[node] on: its own and the copy. */
+size_t hpr_tree_room(const hpr_tree *tree, size_t node);
 
 /* The frame of a node, with some degree. */
 hpr_element_frame hpr_tree_frame(const hpr_tree *tree, size_t node, int degree);
@@ -53,8 +68,8 @@ const hpr_polygon *hpr_tree_parts(const hpr_tree *tree, const hpr_coverage *cove
 double hpr_tree_open_share(const hpr_tree *tree, const hpr_coverage *coverage, size_t node);
 
 /*
- * The coefficients of a node up to some degree, in the order of that degree's basis: a pointer into
- * node [dof_count], or `room` [HPR_MAX_BASIS] filled if the order differs.
+ * The coefficients of a node up to some degree, in the order of that degree's basis, or those of its leaves:
+ * a pointer into node [dof_count], or `room` [HPR_MAX_BASIS] filled if the order differs.
  */
 const double *hpr_tree_take(const hpr_tree *tree, size_t node, int degree, const double *value, double *room);
 

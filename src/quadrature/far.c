@@ -58,6 +58,8 @@ hpr_status hpr_far_create(hpr_context *ctx, int max_degree, hpr_far **out)
     static const hpr_shape shapes[2] = {HPR_SHAPE_PARALLELOGRAM, HPR_SHAPE_TRIANGLE};
     hpr_far *tables = NULL;
     size_t size = 0;
+    if (max_degree < HPR_FAR_NODES - EXTRA_NODES)
+        max_degree = HPR_FAR_NODES - EXTRA_NODES;
     for (int degree = 0; degree <= max_degree; degree++)
         size += set_size(shapes[0], degree) + set_size(shapes[1], degree);
     hpr_status status = hpr_allocate_into(ctx, &tables, 1, sizeof *tables, "quadrature tables");
@@ -89,6 +91,12 @@ void hpr_far_destroy(hpr_far **out)
     hpr_release(ctx, tables->memory);
     hpr_release(ctx, tables);
     *out = NULL;
+}
+
+hpr_far_rule hpr_far_nodes(const hpr_far *tables, hpr_shape shape, int nodes)
+{
+    const node_set *set = &tables->set[shape][nodes - EXTRA_NODES];
+    return (hpr_far_rule){set->point_count, set->s, set->t, set->weight};
 }
 
 /* Corners, then the centre. */

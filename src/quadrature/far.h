@@ -13,9 +13,21 @@
 /* Nodes, weights and basis values for degrees up to a largest; read-only once made. */
 typedef struct hpr_far hpr_far;
 
+/* Rules have up to so many nodes per axis, or more for the largest degree. */
+enum { HPR_FAR_NODES = 8 };
+
 /* Errors: HPR_ERR_MEMORY. */
 hpr_status hpr_far_create(hpr_context *ctx, int max_degree, hpr_far **tables);
 void hpr_far_destroy(hpr_far **tables);
+
+/* A rule on a shape: parameters and weights (in parameter measure) of its points. Borrowed. */
+typedef struct hpr_far_rule {
+    size_t count;
+    const double *s, *t, *weight; /* [count] */
+} hpr_far_rule;
+
+/* nodes per axis: 2 .. HPR_FAR_NODES */
+hpr_far_rule hpr_far_nodes(const hpr_far *tables, hpr_shape shape, int nodes);
 
 /*
  * How smooth the kernel is between two elements, from the geometry. Along a segment of one element the kernel

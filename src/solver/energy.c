@@ -186,6 +186,17 @@ static void cut_at_planes(const leaf_integral *l, hpr_cuts *pieces)
     }
 }
 
+/* Fractions are positive and smooth over a piece: where their integral is next to nothing so are they, as in
+ * a closed room, and halving would show nothing new. */
+static bool is_negligible(const leaf_integral *l, const double *whole)
+{
+    for (size_t i = 0; i < 2 * l->e->channels; i++) {
+        if (!(fabs(whole[i]) <= l->e->tolerance))
+            return false;
+    }
+    return true;
+}
+
 static void lose_exactly(leaf_integral *l, double *total)
 {
     static const double whole_box[4] = {0, 0, 1, 1};
@@ -198,7 +209,12 @@ static void lose_exactly(leaf_integral *l, double *total)
         for (int i = 0; i < count; i++) {
             l->cell = cell[i];
             integrate_box(l, whole_box, whole, scratch);
-            integrate_adaptively(l, whole_box, whole, 0, total);
+            if (is_negligible(l, whole)) {
+                for (size_t k = 0; k < 2 * l->e->channels; k++)
+                    total[k] += whole[k];
+            } else {
+                integrate_adaptively(l, whole_box, whole, 0, total);
+            }
         }
     }
 }

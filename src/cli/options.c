@@ -16,7 +16,10 @@ const struct poptOption cli_solve_options[] = {
     {"subdivide", 0, POPT_ARG_STRING, NULL, CLI_OPTION_SUBDIVIDE,
      "N halvings per axis, 4^N elements per patch, 0 to 10", "N"},
     {"feet", 0, POPT_ARG_STRING, NULL, CLI_OPTION_FEET,
-     "quarter elements that the foot of an object cuts, N times, 0 to 6 (default: 0 with --subdivide)", "N"},
+     "quarter elements that the foot of an object cuts, N times, each time one degree lower, 0 to 6 "
+     "(default: 0 "
+     "with --subdivide)",
+     "N"},
     {"element-size", 0, POPT_ARG_STRING, NULL, CLI_OPTION_ELEMENT_SIZE,
      "halve elements across their longest side until none is longer than M metres (default: that is done "
      "where "

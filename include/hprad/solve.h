@@ -17,8 +17,8 @@ enum {
     HPR_MAX_GRADE = 20,
     HPR_DEFAULT_ORDER = 4,
     HPR_DEFAULT_SUBDIVIDE = 2,
-    HPR_DEFAULT_FEET = 1,
-    HPR_CHOOSE = -1 /**< order, subdivide or feet: by the number of patches, see hpr_solve_options_init */
+    HPR_DEFAULT_FEET = 2,
+    HPR_CHOOSE = -1 /**< order, subdivide, feet or element_size: see hpr_solve_options_init */
 };
 
 /** What becomes of direct light. */
@@ -54,9 +54,11 @@ HPR_API const char *hpr_solver_name(hpr_solver_method method);
 typedef struct hpr_solve_options {
     int order;     /**< polynomial degree p of every element, 0 .. HPR_MAX_ORDER, or HPR_CHOOSE */
     int subdivide; /**< N: 4^N elements per patch, 0 .. HPR_MAX_SUBDIVIDE, or HPR_CHOOSE */
-    int feet;      /**< so often are elements quartered that the foot of an object cuts, 0 .. HPR_MAX_FEET, or
-                        HPR_CHOOSE */
-    int grade;     /**< so often are elements halved toward edges at which patches meet, 0 .. HPR_MAX_GRADE */
+    int feet;      /**< so often are elements quartered that the foot of an object cuts, each time one degree
+                        lower, down to 1; 0 .. HPR_MAX_FEET, or HPR_CHOOSE */
+    double element_size; /**< then elements are halved until none is longer, metres; 0: they are not; or
+                              HPR_CHOOSE */
+    int grade; /**< so often are elements halved toward edges at which patches meet, 0 .. HPR_MAX_GRADE */
     double
         tolerance; /**< relative error of H in L2 that elements are refined for; 0: they stay as they are */
     hpr_refine_mode refine;
@@ -71,9 +73,10 @@ typedef struct hpr_solve_options {
 } hpr_solve_options;
 
 /**
- * Order, subdivide and feet are HPR_CHOOSE: HPR_DEFAULT_ORDER, HPR_DEFAULT_SUBDIVIDE and HPR_DEFAULT_FEET
- * where the scene then has at most 12,000 coefficients, else coarser, down to one constant per patch, with a
- * warning that says which. What was chosen is in hpr_solve_summary.
+ * Order, subdivide, feet and element_size are HPR_CHOOSE: HPR_DEFAULT_ORDER, HPR_DEFAULT_SUBDIVIDE and
+ * HPR_DEFAULT_FEET where the scene then has at most 12,000 coefficients; else a lower order, and instead of
+ * the same number of elements on each patch elements of the same size everywhere, as many as that allows,
+ * with a warning that says which. What was chosen is in hpr_solve_summary.
  */
 HPR_API void hpr_solve_options_init(hpr_solve_options *options);
 

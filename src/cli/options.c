@@ -17,7 +17,15 @@ const struct poptOption cli_solve_options[] = {
     {"subdivide", 0, POPT_ARG_STRING, NULL, CLI_OPTION_SUBDIVIDE,
      "N halvings per axis, 4^N elements per patch, 0 to 10", "N"},
     {"feet", 0, POPT_ARG_STRING, NULL, CLI_OPTION_FEET,
-     "quarter elements that the foot of an object cuts, N times, 0 to 6 (default: 0 with --subdivide)", "N"},
+     "quarter elements that the foot of an object cuts, N times, each time one degree lower, 0 to 6 "
+     "(default: 0 "
+     "with --subdivide)",
+     "N"},
+    {"element-size", 0, POPT_ARG_STRING, NULL, CLI_OPTION_ELEMENT_SIZE,
+     "halve elements across their longest side until none is longer than M metres (default: that is done "
+     "where "
+     "the patches are too many for --subdivide 2)",
+     "M"},
     {"grade", 0, POPT_ARG_STRING, NULL, CLI_OPTION_GRADE,
      "halve elements toward edges at which patches meet, and toward their ends, N times, 0 to 20 (default 0)",
      "N"},
@@ -234,6 +242,8 @@ int cli_take_solve_option(cli_solve_settings *settings, int id, const char *valu
     case CLI_OPTION_FEET:
         settings->feet_given = true;
         return cli_integer("--feet", value, 0, HPR_MAX_FEET, &solve->feet);
+    case CLI_OPTION_ELEMENT_SIZE:
+        return cli_positive("--element-size", value, INFINITY, false, &solve->element_size);
     case CLI_OPTION_GRADE:
         return cli_integer("--grade", value, 0, HPR_MAX_GRADE, &solve->grade);
     case CLI_OPTION_LINK_TOLERANCE:

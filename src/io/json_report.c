@@ -26,6 +26,7 @@ static void add_counts(cJSON *root, const hpr_solution *solution, bool *ok)
     hpr_json_number(settings, "order", summary->options.order, ok);
     hpr_json_number(settings, "subdivide", summary->options.subdivide, ok);
     hpr_json_number(settings, "feet", summary->options.feet, ok);
+    hpr_json_number(settings, "element_size_m", summary->options.element_size, ok);
     hpr_json_number(settings, "grade", summary->options.grade, ok);
     hpr_json_number(settings, "tolerance", summary->options.tolerance > 0 ? summary->options.tolerance : NAN,
                     ok);

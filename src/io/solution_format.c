@@ -68,6 +68,7 @@ const hpr_field *hpr_summary_fields(size_t *count)
         {"order", HPR_FIELD_INT, AT(options.order), 1},
         {"subdivide", HPR_FIELD_INT, AT(options.subdivide), 1},
         {"feet", HPR_FIELD_INT, AT(options.feet), 2},
+        {"elementSize", HPR_FIELD_DOUBLE, AT(options.element_size), 4}, /* without it: 0 */
         {"grade", HPR_FIELD_INT, AT(options.grade), 3},
         {"linkToleranceAsked", HPR_FIELD_DOUBLE, AT(options.link_tolerance), 3},
         {"blockTolerance", HPR_FIELD_DOUBLE, AT(options.block_tolerance), 1},

@@ -11,26 +11,52 @@ static double count_dofs(const hpr_patches *patches, int order, int subdivide)
     return dofs * (double)(1 << 2 * subdivide);
 }
 
+/* The highest order from `high` to 1 with at most `most` coefficients, 0 if there is none. */
+static int highest_order(const hpr_patches *patches, int high, int subdivide, double most)
+{
+    int order = high;
+    while (order > 0 && count_dofs(patches, order, subdivide) > most)
+        order--;
+    return order;
+}
+
+/* One size everywhere, if there is room for it. */
+static void choose_even(const hpr_patches *patches, hpr_solve_options *options)
+{
+    static const double half = HPR_RESOLUTION_DOFS / 2;
+    int order = options->order;
+    if (order == HPR_CHOOSE)
+        order = highest_order(patches, HPR_DEFAULT_ORDER, 0, half);
+    bool room = count_dofs(patches, order, 0) <= half && (order > 0 || options->order == 0);
+    if (options->order == HPR_CHOOSE && order == 0)
+        order = highest_order(patches, 1, 0, HPR_RESOLUTION_DOFS);
+    options->order = order;
+    options->subdivide = 0;
+    if (options->element_size < 0 && !room)
+        options->element_size = 0;
+}
+
 bool hpr_resolution_choose(const hpr_patches *patches, hpr_solve_options *options)
 {
-    static const struct {
-        int order, subdivide;
-    } steps[] = {{HPR_DEFAULT_ORDER, HPR_DEFAULT_SUBDIVIDE}, {3, 2}, {2, 2}, {2, 1}, {1, 1}, {1, 0}, {0, 0}};
-    enum { STEPS = sizeof steps / sizeof *steps };
     bool free_order = options->order == HPR_CHOOSE, free_subdivide = options->subdivide == HPR_CHOOSE;
-    int step = 0;
-    for (;; step++) {
-        if (free_order)
-            options->order = steps[step].order;
-        if (free_subdivide)
-            options->subdivide = steps[step].subdivide;
-        bool affordable = count_dofs(patches, options->order, options->subdivide) <= HPR_RESOLUTION_DOFS;
-        if (affordable || step == STEPS - 1 || !(free_order || free_subdivide))
-            break;
+    int order = free_order ? HPR_DEFAULT_ORDER : options->order;
+    int subdivide = free_subdivide ? HPR_DEFAULT_SUBDIVIDE : options->subdivide;
+    bool sized = options->element_size > 0;
+    bool full = (!free_order && !free_subdivide) ||
+                (!sized && count_dofs(patches, order, subdivide) <= HPR_RESOLUTION_DOFS);
+    if (full) {
+        options->order = order;
+        options->subdivide = subdivide;
+    } else if (free_subdivide) {
+        choose_even(patches, options);
+    } else {
+        options->order = highest_order(patches, HPR_DEFAULT_ORDER, subdivide, HPR_RESOLUTION_DOFS);
     }
+    if (options->element_size < 0 && (full || !free_subdivide))
+        options->element_size = 0;
     if (options->feet == HPR_CHOOSE)
-        options->feet = step == 0 ? HPR_DEFAULT_FEET : 0;
-    return step == 0;
+        options->feet = full ? HPR_DEFAULT_FEET : 0;
+    return full || sized;
 }
 
 void hpr_resolution_begin(const hpr_patches *patches, hpr_solve_options *options)
@@ -42,4 +68,6 @@ void hpr_resolution_begin(const hpr_patches *patches, hpr_solve_options *options
         options->subdivide = 0;
     if (options->feet == HPR_CHOOSE)
         options->feet = 0;
+    if (options->element_size < 0)
+        options->element_size = 0;
 }

@@ -11,11 +11,16 @@
 enum { HPR_RESOLUTION_DOFS = 12000 };
 
 /*
- * Replaces HPR_CHOOSE in order, subdivide and feet. Tried from fine to coarse are
- *   (order, subdivide) = (4,2) (3,2) (2,2) (2,1) (1,1) (1,0) (0,0),
- * with what is given in the place of what would be chosen; the first that has at most HPR_RESOLUTION_DOFS
- * coefficients is taken, else the last. feet: HPR_DEFAULT_FEET if the first was taken or nothing was to be
- * chosen, else 0. Returns false if something coarser than the first was chosen.
+ * Replaces HPR_CHOOSE in order, subdivide and feet by
+ *   (HPR_DEFAULT_ORDER, HPR_DEFAULT_SUBDIVIDE, HPR_DEFAULT_FEET)
+ * where that takes at most HPR_RESOLUTION_DOFS coefficients, what is given in the place of what would be
+ * chosen. Else feet is 0, and
+ *   if subdivide is given: the highest order that stays below,
+ *   else: no subdivision, but elements of one size; the highest order from 4 to 1 of which one element per
+ *   patch takes at most half of the coefficients, so that the rest can go where patches are large. Where even
+ *   order 1 takes more than half, it is order 1 and at last 0 on whole patches.
+ * HPR_CHOOSE in element_size becomes 0, or stays if a size is to be found (patch/even.h). Returns false if
+ * something coarser than the first was chosen because of the number of patches.
  */
 bool hpr_resolution_choose(const hpr_patches *patches, hpr_solve_options *options);
 

@@ -2,11 +2,13 @@
 
 #include "direct/direct.h"
 #include "link/coverage.h"
+#include "patch/even.h"
 #include "patch/frame.h"
 #include "patch/grade.h"
 #include "solver/resolution.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 static hpr_status copy_text(hpr_context *ctx, const char *text, char **copy)
@@ -55,27 +57,61 @@ hpr_status hpr_setup_describe(hpr_solution *solution, const hpr_scene *scene)
     return status;
 }
 
-/* Quarters the elements that the foot of an object cuts, `times` times: there H has a jump in its
- * derivatives, or in itself. */
+/* Lowers the degree of the children of marked leaves, marked [node], which have been quartered. */
+static hpr_status lower_degrees(const hpr_patches *patches, hpr_elements *elements, const bool *marked,
+                                size_t marked_count)
+{
+    for (size_t i = 0; i < marked_count; i++) {
+        for (uint32_t half = 0; marked[i] && half < 2; half++) {
+            uint32_t child = elements->child[elements->child[i] + half];
+            for (uint32_t which = 0; which < 2; which++)
+                elements->degree[child + which] -= elements->degree[child + which] > 1;
+        }
+    }
+    return hpr_elements_index(patches, elements);
+}
+
+/* The leaves that the foot of an object cuts, marked [node_count]; returns how many. */
+static size_t mark_feet(const hpr_coverage *coverage, const hpr_elements *elements, bool *marked,
+                        bool *leaves)
+{
+    size_t found = 0;
+    for (size_t leaf = 0; leaf < elements->leaf_count; leaf++) {
+        int parts;
+        leaves[leaf] = hpr_coverage_parts(coverage, leaf, &parts) && parts > 0;
+        marked[elements->leaf[leaf]] = leaves[leaf];
+        found += leaves[leaf];
+    }
+    return found;
+}
+
+/*
+ * Quarters the elements that the foot of an object cuts, `times` times: there H has a jump in its
+ * derivatives, or in itself. Like r^lambda it has little for a high degree to take hold of, so that each
+ * quartering takes one degree away, down to 1 (linear degrees on a geometric mesh; Schwab 1998, ch. 4).
+ */
 static hpr_status refine_feet(hpr_solution *solution, int times)
 {
     hpr_context *ctx = solution->context;
+    hpr_elements *elements = solution->elements;
     hpr_status status = HPR_OK;
     for (int time = 0; status == HPR_OK && time < times; time++) {
         hpr_coverage *coverage = NULL;
-        bool *marked = NULL;
-        size_t count = solution->elements->leaf_count, found = 0;
-        status = hpr_coverage_create(solution->patches, solution->elements, &coverage);
+        bool *marked = NULL, *leaves = NULL;
+        size_t count = elements->node_count, found = 0;
+        status = hpr_coverage_create(solution->patches, elements, &coverage);
         if (status == HPR_OK)
             status = hpr_allocate_into(ctx, &marked, count, sizeof *marked, "elements");
-        for (size_t leaf = 0; status == HPR_OK && leaf < count; leaf++) {
-            int parts;
-            marked[leaf] = hpr_coverage_parts(coverage, leaf, &parts) && parts > 0;
-            found += marked[leaf];
-        }
-        if (status == HPR_OK && found)
-            status = hpr_elements_split(solution->patches, solution->elements, marked);
+        if (status == HPR_OK)
+            status = hpr_allocate_into(ctx, &leaves, elements->leaf_count, sizeof *leaves, "elements");
+        if (status == HPR_OK)
+            found = mark_feet(coverage, elements, marked, leaves);
+        if (found)
+            status = hpr_elements_split(solution->patches, elements, leaves);
+        if (found && status == HPR_OK)
+            status = lower_degrees(solution->patches, elements, marked, count);
         hpr_release(ctx, marked);
+        hpr_release(ctx, leaves);
         hpr_coverage_destroy(&coverage);
         if (!found)
             break;
@@ -83,17 +119,29 @@ static hpr_status refine_feet(hpr_solution *solution, int times)
     return status;
 }
 
-static void choose_resolution(hpr_solution *solution, const hpr_scene *scene)
+/* What the options leave open; it is said if that is less than the default. */
+static hpr_status choose_resolution(hpr_solution *solution, const hpr_scene *scene)
 {
     hpr_solve_options *options = &solution->summary.options;
-    if (options->tolerance > 0)
+    hpr_status status = HPR_OK;
+    char size[64] = "";
+    if (options->tolerance > 0) {
         hpr_resolution_begin(solution->patches, options);
-    else if (!hpr_resolution_choose(solution->patches, options))
+        return HPR_OK;
+    }
+    bool full = hpr_resolution_choose(solution->patches, options);
+    if (options->element_size < 0)
+        status = hpr_elements_even_within(solution->patches, options->order, HPR_RESOLUTION_DOFS,
+                                          &options->element_size);
+    if (status == HPR_OK && options->element_size > 0)
+        snprintf(size, sizeof size, " --element-size %.4g", options->element_size);
+    if (status == HPR_OK && !full)
         hpr_warn(solution->context,
                  "%s: %zu patches are many for --order %d --subdivide %d --feet %d, so it is --order %d "
-                 "--subdivide %d --feet %d; these options choose otherwise",
+                 "--subdivide %d --feet %d%s; these options choose otherwise",
                  scene->path, solution->patches->count, HPR_DEFAULT_ORDER, HPR_DEFAULT_SUBDIVIDE,
-                 HPR_DEFAULT_FEET, options->order, options->subdivide, options->feet);
+                 HPR_DEFAULT_FEET, options->order, options->subdivide, options->feet, size);
+    return status;
 }
 
 static hpr_status grade(hpr_solution *solution, int levels)
@@ -109,11 +157,13 @@ hpr_status hpr_setup_elements(hpr_solution *solution, const hpr_scene *scene)
 {
     const hpr_solve_options *options = &solution->summary.options;
     hpr_status status = hpr_patches_build(scene, &solution->patches);
-    if (status == HPR_OK) {
-        choose_resolution(solution, scene);
+    if (status == HPR_OK)
+        status = choose_resolution(solution, scene);
+    if (status == HPR_OK)
         status =
             hpr_elements_uniform(solution->patches, options->order, options->subdivide, &solution->elements);
-    }
+    if (status == HPR_OK && options->element_size > 0)
+        status = hpr_elements_even(solution->patches, solution->elements, options->element_size);
     if (status == HPR_OK && options->grade > 0)
         status = grade(solution, options->grade);
     if (status == HPR_OK)

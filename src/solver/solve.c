@@ -11,6 +11,7 @@ void hpr_solve_options_init(hpr_solve_options *options)
     *options = (hpr_solve_options){.order = HPR_CHOOSE,
                                    .subdivide = HPR_CHOOSE,
                                    .feet = HPR_CHOOSE,
+                                   .element_size = HPR_CHOOSE,
                                    .solver_tolerance = 1e-13,
                                    .max_sweeps = 20000};
 }
@@ -25,6 +26,9 @@ static hpr_status check_options(hpr_context *ctx, const hpr_solve_options *optio
     if (options->feet < HPR_CHOOSE || options->feet > HPR_MAX_FEET)
         return hpr_fail(ctx, HPR_ERR_ARG, "%d quarterings at feet are not in 0 .. %d", options->feet,
                         HPR_MAX_FEET);
+    if (!((options->element_size >= 0 && isfinite(options->element_size)) ||
+          options->element_size == HPR_CHOOSE))
+        return hpr_fail(ctx, HPR_ERR_ARG, "elements of %g m are not possible", options->element_size);
     if (options->grade < 0 || options->grade > HPR_MAX_GRADE)
         return hpr_fail(ctx, HPR_ERR_ARG, "%d levels of grading are not in 0 .. %d", options->grade,
                         HPR_MAX_GRADE);

@@ -131,65 +131,12 @@ static void a_lid_open_by_a_hundredth_agrees_with_paths(void **state)
     room_close(&room);
 }
 
-/* With everything black, irradiance is direct light, by clipping here and by stratified shadow rays there. */
-static void direct_light_in_the_cornell_box_agrees_with_shadow_rays(void **state)
-{
-    (void)state;
-    enum { POINTS = 200, SIDE = 100 };
-    static const double deviations = 4.1; /* P(|z| > 4.1) POINTS = 0.8% */
-    static const double black = 1e-9;
-    hpr_context *ctx = NULL;
-    hpr_scene *scene = NULL;
-    hpr_solution *solution = NULL;
-    hpr_read_options read;
-    hpr_solve_options options;
-    hpr_read_options_init(&read);
-    hpr_solve_options_init(&options);
-    read.max_reflectance = black;
-    options.order = options.subdivide = 0;
-    assert_int_equal(hpr_context_create(NULL, &ctx), HPR_OK);
-    assert_int_equal(hpr_scene_read(ctx, HPRAD_SCENES "/cornell_box.gltf", &read, &scene), HPR_OK);
-    assert_int_equal(hpr_solve(ctx, scene, &options, &solution), HPR_OK);
-    const hpr_patches *patches = solution->patches;
-    path_scene *paths = path_scene_create(scene);
-    uint64_t seed = 3;
-    double worst = 0;
-    for (int i = 0; i < POINTS; i++) {
-        size_t patch = (size_t)(random_unit(&seed) * (double)patches->count);
-        double s = random_unit(&seed), t = random_unit(&seed), point[3], irradiance[3], radiosity[3];
-        uint32_t found;
-        path_result result;
-        if (patches->shape[patch] == HPR_SHAPE_TRIANGLE && s + t > 1) {
-            s = 1 - s;
-            t = 1 - t;
-        }
-        for (size_t k = 0; k < 3; k++)
-            point[k] = patches->origin[3 * patch + k] + s * patches->edge1[3 * patch + k] +
-                       t * patches->edge2[3 * patch + k];
-        assert_int_equal(hpr_solution_probe(ctx, solution, 1, point, patches->normal + 3 * patch, irradiance,
-                                            radiosity, &found),
-                         HPR_OK);
-        path_estimate(paths, point, patches->normal + 3 * patch, SIDE, (uint64_t)i, &result);
-        /* where a path's every sample is the same, and below the light that the black walls reflect */
-        double floor = 1e-6 * (result.mean[0] + 1);
-        worst = fmax(worst, fabs(irradiance[0] - result.mean[0]) / (result.error[0] + floor));
-    }
-    print_message("%d points, %d shadow rays each: at most %.2f standard errors apart\n", POINTS, SIDE * SIDE,
-                  worst);
-    assert_true(worst <= deviations);
-    path_scene_destroy(paths);
-    hpr_solution_destroy(&solution);
-    hpr_scene_destroy(&scene);
-    hpr_context_destroy(&ctx);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(nothing_blocks_in_a_convex_room),
         cmocka_unit_test(a_closed_box_lets_no_light_out),
         cmocka_unit_test(a_lid_open_by_a_hundredth_agrees_with_paths),
-        cmocka_unit_test(direct_light_in_the_cornell_box_agrees_with_shadow_rays),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -17,7 +17,7 @@ SMALL = ("--size", "16x12", "--samples", "1")
 COARSE = ("--order", "0", "--subdivide", "1")
 
 COMMON = ["--threads", "--isa", "--quiet", "--verbose", "--version", "--help"]
-SOLVE = ["--order", "--subdivide", "--tol", "--environment", "--grade", "--link-tol", "--block-tol",
+SOLVE = ["--order", "--subdivide", "--tol", "--environment", "--element-size", "--grade", "--link-tol", "--block-tol",
          "--solver", "--max-sweeps", "--max-reflectance", "--metallic",
          "--scene-index", "--report"]
 RENDER = ["--camera", "--size", "--samples", "--png", "--exposure"]
@@ -75,6 +75,7 @@ BAD_VALUES = {
     "--order": ["-1", "17", "two", "2.0", "0x2"],
     "--subdivide": ["-1", "11", "1e1"],
     "--environment": ["", "x", "-1", "1,2,", ",1,2", "1,,2", "nan", "inf", "1,-1,1", "0x1", "1 ", "1;2;3", "1e999"],
+    "--element-size": ["0", "-1", "x", "inf", ""],
     "--grade": ["-1", "21", "x"],
     "--link-tol": ["0", "1", "-1e-3", "nan", "x", ""],
     "--solver": ["jacobi", "GMRES", ""],
@@ -238,15 +239,22 @@ def check_choice(command):
             found = json.load(file)
         said = any(text in warning for text in stderr for warning in found["warnings"])
         return [*problems(result, 0, [*stderr, "no light"]), *([] if said or not stderr else ["not in the report"])], [
-            found["settings"][key] for key in ("order", "subdivide", "feet")]
+            found["settings"][key] for key in ("order", "subdivide", "feet", "element_size_m")], found["counts"]["dofs"]
+
+    def check_settings(fact, options, stderr, expected, least, most):
+        wrong, chosen, dofs = settings(*options, stderr=stderr)
+        check(fact, [*wrong, *([f"{chosen}"] if chosen[:len(expected)] != expected else []),
+                     *([f"{dofs} coefficients"] if not least <= dofs <= most else [])])
 
     write_scene(path_of(command, "many.gltf"), plates=50, materials=[{}, {"doubleSided": True}])
-    wrong, chosen = settings(stderr=["101 patches", "--order 2 --subdivide 1 --feet 0"])
-    check("a scene of many patches is solved more coarsely, and that is said", [*wrong, *(["not 2 1 0"] if chosen != [2, 1, 0] else [])])
-    wrong, chosen = settings("--order", "4", "--subdivide", "2", stderr=[])
-    check("but not if order and subdivision are given", [*wrong, *(["not 4 2 0"] if chosen != [4, 2, 0] else [])])
-    wrong, chosen = settings("--order", "5", stderr=["--order 5 --subdivide 0 --feet 0"])
-    check("a given order stays", [*wrong, *(["not 5 0 0"] if chosen != [5, 0, 0] else [])])
+    check_settings("a scene of many patches is solved on elements of one size, and that is said", (),
+                   ["101 patches", "--order 4 --subdivide 0 --feet 0 --element-size "], [4, 0, 0], 2526, 12000)
+    check_settings("but not if order and subdivision are given", ("--order", "4", "--subdivide", "2"), [], [4, 2, 0, 0],
+                   101 * 25 * 16, 101 * 25 * 16)
+    check_settings("a given order stays", ("--order", "5"), ["--order 5 --subdivide 0 --feet 0"], [5, 0, 0], 3637, 12000)
+    # 16 elements on the floor of 1 x 1, 4 on each side of a lamp of 0.5 x 0.5
+    check_settings("a given size of elements is kept", ("--order", "1", "--element-size", "0.26"), [], [1, 0, 0, .26],
+                   4 * (16 + 100 * 4), 4 * (16 + 100 * 4))
 
 
 def check_solve(command):

@@ -1,6 +1,7 @@
 #include "shapes.h"
 
 #include "patch/elements.h"
+#include "patch/even.h"
 
 static hpr_patches *two_shapes(hpr_context *ctx)
 {
@@ -236,6 +237,69 @@ static void index_follows_any_tree(void **state)
     hpr_context_destroy(&ctx);
 }
 
+static double longest_side(const hpr_patches *patches, const hpr_elements *e, size_t node)
+{
+    hpr_vec3 a = hpr_vec3_load(e->edge1 + 3 * node), b = hpr_vec3_load(e->edge2 + 3 * node);
+    double longest = fmax(hpr_length(a), hpr_length(b));
+    bool triangle = patches->shape[e->patch[node]] == HPR_SHAPE_TRIANGLE;
+    return triangle ? fmax(longest, hpr_length(hpr_sub(b, a))) : longest;
+}
+
+/* A floor, a leg on it and a triangle: no leaf is longer than the limit, and none was halved in vain. */
+static void even_elements_are_as_long_as_allowed(void **state)
+{
+    (void)state;
+    static const double longest_m = 0.3;
+    hpr_context *ctx = shapes_context(1, NULL);
+    hpr_patches *patches = shapes_create(ctx, 3);
+    hpr_elements *e = NULL;
+    shapes_set(patches, 0, HPR_SHAPE_PARALLELOGRAM, (double[]){0, 0, 0}, (double[]){5, 0, 0},
+               (double[]){0, 4, 0});
+    shapes_set(patches, 1, HPR_SHAPE_PARALLELOGRAM, (double[]){1, 1, 0}, (double[]){0.05, 0, 0},
+               (double[]){0, 0, 0.71});
+    shapes_set(patches, 2, HPR_SHAPE_TRIANGLE, (double[]){0, 0, 1}, (double[]){3, 0.2, 0},
+               (double[]){0.4, 0.1, 1});
+    assert_int_equal(hpr_elements_uniform(patches, 2, 0, &e), HPR_OK);
+    assert_int_equal(hpr_elements_even(patches, e, longest_m), HPR_OK);
+    assert_int_equal(e->patch_leaf[1] - e->patch_leaf[0], 32 * 16); /* 5/32 by 4/16 */
+    assert_int_equal(e->patch_leaf[2] - e->patch_leaf[1], 4);       /* along its height alone */
+    for (size_t node = 0; node < e->node_count; node++) {
+        double longest = longest_side(patches, e, node);
+        assert_true(e->child[node] == HPR_NONE ? longest <= longest_m * (1 + 1e-11) : longest > longest_m);
+        assert_int_equal(e->degree[node], 2);
+    }
+    assert_int_equal(hpr_elements_even(patches, e, 0), HPR_ERR_ARG);
+    assert_int_equal(hpr_elements_even(patches, e, NAN), HPR_ERR_ARG);
+    hpr_elements_destroy(&e);
+    hpr_patches_destroy(&patches);
+    hpr_context_destroy(&ctx);
+}
+
+/* The length found takes what is allowed, and the next shorter one more. */
+static void the_length_within_a_number_of_coefficients(void **state)
+{
+    (void)state;
+    hpr_context *ctx = shapes_context(1, NULL);
+    hpr_patches *patches = two_shapes(ctx);
+    for (size_t most = 1; most < 5000; most *= 3) {
+        double length[2];
+        size_t dofs[2];
+        assert_int_equal(hpr_elements_even_within(patches, 2, most, &length[0]), HPR_OK);
+        length[1] = length[0] * exp2(-1.0 / 8);
+        for (int k = 0; k < 2; k++) {
+            hpr_elements *e = NULL;
+            assert_int_equal(hpr_elements_uniform(patches, 2, 0, &e), HPR_OK);
+            assert_int_equal(hpr_elements_even(patches, e, length[k]), HPR_OK);
+            dofs[k] = e->dof[e->leaf_count];
+            hpr_elements_destroy(&e);
+        }
+        assert_true(dofs[0] <= (most < 15 ? 15 : most)); /* 9 + 6 functions on the two patches */
+        assert_true(dofs[1] > most);
+    }
+    hpr_patches_destroy(&patches);
+    hpr_context_destroy(&ctx);
+}
+
 static void bad_arguments_are_refused(void **state)
 {
     (void)state;
@@ -288,6 +352,8 @@ int main(void)
         cmocka_unit_test(locate_keeps_the_point),
         cmocka_unit_test(vertices_meet),
         cmocka_unit_test(index_follows_any_tree),
+        cmocka_unit_test(even_elements_are_as_long_as_allowed),
+        cmocka_unit_test(the_length_within_a_number_of_coefficients),
         cmocka_unit_test(bad_arguments_are_refused),
         cmocka_unit_test(memory_may_run_out_anywhere),
     };

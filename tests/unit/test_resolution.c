@@ -11,6 +11,7 @@
 
 typedef struct choice {
     int order, subdivide, feet;
+    double element_size; /* HPR_CHOOSE: to be found */
 } choice;
 
 /* For so many parallelograms and triangles. */
@@ -25,9 +26,10 @@ static choice choose(size_t parallelograms, size_t triangles, choice asked, bool
     options.order = asked.order;
     options.subdivide = asked.subdivide;
     options.feet = asked.feet;
+    options.element_size = asked.element_size;
     *full = hpr_resolution_choose(&patches, &options);
     free(patches.shape);
-    return (choice){options.order, options.subdivide, options.feet};
+    return (choice){options.order, options.subdivide, options.feet, options.element_size};
 }
 
 static void assert_choice(choice found, choice expected)
@@ -35,16 +37,18 @@ static void assert_choice(choice found, choice expected)
     assert_int_equal(found.order, expected.order);
     assert_int_equal(found.subdivide, expected.subdivide);
     assert_int_equal(found.feet, expected.feet);
+    assert_true(found.element_size == expected.element_size);
 }
 
-static const choice free_choice = {HPR_CHOOSE, HPR_CHOOSE, HPR_CHOOSE};
+static const choice free_choice = {HPR_CHOOSE, HPR_CHOOSE, HPR_CHOOSE, HPR_CHOOSE};
 
 static void the_options_leave_the_choice_open(void **state)
 {
     (void)state;
     hpr_solve_options options;
     hpr_solve_options_init(&options);
-    assert_choice((choice){options.order, options.subdivide, options.feet}, free_choice);
+    assert_choice((choice){options.order, options.subdivide, options.feet, options.element_size},
+                  free_choice);
 }
 
 /* 25 functions on 16 elements: 30 parallelograms have 12,000 coefficients, one more has too many. */
@@ -53,32 +57,32 @@ static void a_small_scene_is_solved_in_full(void **state)
     (void)state;
     bool full;
     assert_choice(choose(30, 0, free_choice, &full),
-                  (choice){HPR_DEFAULT_ORDER, HPR_DEFAULT_SUBDIVIDE, HPR_DEFAULT_FEET});
+                  (choice){HPR_DEFAULT_ORDER, HPR_DEFAULT_SUBDIVIDE, HPR_DEFAULT_FEET, 0});
     assert_true(full);
-    assert_choice(choose(31, 0, free_choice, &full), (choice){3, 2, 0});
+    assert_choice(choose(31, 0, free_choice, &full), (choice){4, 0, 0, HPR_CHOOSE});
     assert_false(full);
 }
 
-/* Every step at the last number of patches that has it, in triangles: (p + 1)(p + 2) / 2 4^N functions. */
+/* Every step at the last number of patches that has it, in triangles: (p + 1)(p + 2) / 2 functions each. */
 static void more_patches_coarser(void **state)
 {
     (void)state;
     static const struct {
         size_t triangles;
         choice expected;
-    } cases[] = {{50, {4, 2, HPR_DEFAULT_FEET}},
-                 {51, {3, 2, 0}},
-                 {75, {3, 2, 0}},
-                 {76, {2, 2, 0}},
-                 {125, {2, 2, 0}},
-                 {126, {2, 1, 0}},
-                 {500, {2, 1, 0}},
-                 {501, {1, 1, 0}},
-                 {1000, {1, 1, 0}},
-                 {1001, {1, 0, 0}},
-                 {4000, {1, 0, 0}},
-                 {4001, {0, 0, 0}},
-                 {100000, {0, 0, 0}}};
+    } cases[] = {{50, {4, 2, HPR_DEFAULT_FEET, 0}},
+                 {51, {4, 0, 0, HPR_CHOOSE}},
+                 {400, {4, 0, 0, HPR_CHOOSE}},
+                 {401, {3, 0, 0, HPR_CHOOSE}},
+                 {600, {3, 0, 0, HPR_CHOOSE}},
+                 {601, {2, 0, 0, HPR_CHOOSE}},
+                 {1000, {2, 0, 0, HPR_CHOOSE}},
+                 {1001, {1, 0, 0, HPR_CHOOSE}},
+                 {2000, {1, 0, 0, HPR_CHOOSE}},
+                 {2001, {1, 0, 0, 0}},
+                 {4000, {1, 0, 0, 0}},
+                 {4001, {0, 0, 0, 0}},
+                 {100000, {0, 0, 0, 0}}};
     bool full;
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
         assert_choice(choose(0, cases[i].triangles, free_choice, &full), cases[i].expected);
@@ -88,12 +92,19 @@ static void what_is_given_wins(void **state)
 {
     (void)state;
     bool full;
-    assert_choice(choose(5000, 0, (choice){7, 3, 2}, &full), (choice){7, 3, 2});
+    const int any = HPR_CHOOSE;
+    assert_choice(choose(5000, 0, (choice){7, 3, 2, any}, &full), (choice){7, 3, 2, 0});
     assert_true(full);
-    assert_choice(choose(5000, 0, (choice){7, HPR_CHOOSE, HPR_CHOOSE}, &full), (choice){7, 0, 0});
-    assert_choice(choose(300, 0, (choice){HPR_CHOOSE, 2, HPR_CHOOSE}, &full), (choice){0, 2, 0});
-    assert_choice(choose(300, 0, (choice){HPR_CHOOSE, HPR_CHOOSE, 1}, &full), (choice){2, 1, 1});
-    assert_choice(choose(300, 0, (choice){5, 3, HPR_CHOOSE}, &full), (choice){5, 3, HPR_DEFAULT_FEET});
+    assert_choice(choose(5000, 0, (choice){7, any, any, any}, &full), (choice){7, 0, 0, 0});
+    assert_choice(choose(90, 0, (choice){7, any, any, any}, &full), (choice){7, 0, 0, any});
+    assert_choice(choose(5000, 0, (choice){0, any, any, any}, &full), (choice){0, 0, 0, any});
+    assert_choice(choose(300, 0, (choice){any, 2, any, any}, &full), (choice){0, 2, 0, 0});
+    assert_choice(choose(300, 0, (choice){any, any, 1, any}, &full), (choice){3, 0, 1, any});
+    assert_choice(choose(300, 0, (choice){5, 3, any, any}, &full), (choice){5, 3, HPR_DEFAULT_FEET, 0});
+    assert_true(full);
+    assert_choice(choose(20, 0, (choice){any, any, any, 0.25}, &full), (choice){4, 0, 0, 0.25});
+    assert_true(full);
+    assert_choice(choose(20, 0, (choice){2, 1, any, 0.25}, &full), (choice){2, 1, HPR_DEFAULT_FEET, 0.25});
 }
 
 int main(void)

@@ -41,6 +41,7 @@ typedef struct hpr_links {
 typedef struct hpr_links_demand {
     double link_tolerance;  /* 0: chosen */
     double block_tolerance; /* relative, per block; 0: chosen */
+    bool constant;          /* links carry constants only, on all levels */
     const bool *sends;      /* [patches] does it reflect or emit? Pairs of which none does have no link. */
 } hpr_links_demand;
 

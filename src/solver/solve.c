@@ -22,6 +22,16 @@ void hpr_solve_options_init(hpr_solve_options *options)
                                    .max_sweeps = 20000};
 }
 
+const char *hpr_method_name(hpr_method method)
+{
+    static const char *const names[] = {
+        [HPR_METHOD_GALERKIN] = "galerkin", [HPR_METHOD_HIERARCHICAL] = "hierarchical",
+        [HPR_METHOD_HEMICUBE] = "hemicube", [HPR_METHOD_RAYCAST] = "raycast",
+        [HPR_METHOD_EXACT] = "exact",
+    };
+    return names[method];
+}
+
 static hpr_status check_options(hpr_context *ctx, const hpr_solve_options *options)
 {
     if (options->order < HPR_CHOOSE || options->order > HPR_MAX_ORDER)
@@ -195,6 +205,11 @@ static bool channels_agree(const hpr_solution *solution)
     return true;
 }
 
+size_t hpr_solution_distinct_channels(const hpr_solution *solution)
+{
+    return channels_agree(solution) ? 1 : solution->channel_count;
+}
+
 static bool has_light(const hpr_solution *solution)
 {
     const hpr_patches *patches = solution->patches;
@@ -220,7 +235,7 @@ static hpr_status solve_system(hpr_solution *solution, const hpr_links *links, c
     hpr_context *ctx = solution->context;
     const hpr_patches *patches = solution->patches;
     size_t n = solution->channel_count, dofs = solution->summary.dof_count;
-    size_t solved = channels_agree(solution) ? 1 : n;
+    size_t solved = hpr_solution_distinct_channels(solution);
     double *reflectance = NULL;
     hpr_linear_problem problem = {.patches = patches,
                                   .links = links,
@@ -344,7 +359,10 @@ static hpr_status link_up(const hpr_solution *solution, const hpr_coverage *cove
     bool emission = solution->summary.direct == HPR_DIRECT_GALERKIN;
     for (size_t i = 0; i < patches->count * n; i++)
         sends[i / n] |= patches->reflectance[i] > 0 || (emission && patches->exitance[i] > 0);
-    const hpr_links_demand demand = {options->link_tolerance, options->block_tolerance, sends};
+    const hpr_links_demand demand = {.link_tolerance = options->link_tolerance,
+                                     .block_tolerance = options->block_tolerance,
+                                     .sends = sends,
+                                     .constant = options->method == HPR_METHOD_HIERARCHICAL};
     status = hpr_links_assemble(coverage, solution->elements, &demand, links);
     hpr_release(solution->context, sends);
     return status;
@@ -400,35 +418,78 @@ static hpr_status transport(hpr_solution *solution, const hpr_solve_options *opt
     return status;
 }
 
-hpr_status hpr_solve(hpr_context *context, const hpr_scene *scene, const hpr_solve_options *options,
-                     hpr_solution **out)
+bool hpr_solution_lit(const hpr_solution *solution, const hpr_scene *scene)
 {
-    hpr_solve_options defaults;
-    hpr_solve_options_init(&defaults);
-    options = options ? options : &defaults;
-    hpr_context_clear_error(context);
-    *out = NULL;
+    if (solution->patches->count == 0)
+        hpr_warn(solution->context, "%s: no surface; the solution is empty", scene->path);
+    else if (!has_light(solution))
+        hpr_warn(solution->context, "%s: no light; the solution is zero", scene->path);
+    else
+        return true;
+    return false;
+}
+
+hpr_status hpr_solution_begin(hpr_context *ctx, const hpr_scene *scene, const hpr_solve_options *options,
+                              hpr_solution **out)
+{
     hpr_solution *solution = NULL;
-    hpr_status status = check_options(context, options);
+    *out = NULL;
+    hpr_status status = check_options(ctx, options);
     if (status == HPR_OK)
-        status = hpr_allocate_into(context, &solution, 1, sizeof *solution, "a solution");
+        status = hpr_allocate_into(ctx, &solution, 1, sizeof *solution, "a solution");
     if (status != HPR_OK)
         return status;
-    solution->context = context;
+    solution->context = ctx;
     solution->summary.options = *options;
-    hpr_stage_begin(context, "mesh");
+    hpr_stage_begin(ctx, "mesh");
     status = describe(solution, scene);
     if (status == HPR_OK)
         status = make_mesh(solution, scene);
     if (status == HPR_OK)
         status = copy_cameras(solution, scene);
-    hpr_stage_end(context);
-    if (status == HPR_OK && solution->patches->count == 0)
-        hpr_warn(context, "%s: no surface; the solution is empty", scene->path);
-    else if (status == HPR_OK && !has_light(solution))
-        hpr_warn(context, "%s: no light; the solution is zero", scene->path);
-    else if (status == HPR_OK)
-        status = transport(solution, options);
+    hpr_stage_end(ctx);
+    if (status != HPR_OK)
+        hpr_solution_destroy(&solution);
+    *out = solution;
+    return status;
+}
+
+/* What a method of this operator asks for. */
+static hpr_status take_method(hpr_context *ctx, hpr_solve_options *options)
+{
+    static const double hierarchical_tolerance = 0.3;
+    if (options->solver == HPR_SOLVER_DIRECT)
+        return hpr_fail(ctx, HPR_ERR_ARG, "elimination needs a full matrix, method '%s' has none",
+                        hpr_method_name(options->method));
+    if (options->method == HPR_METHOD_GALERKIN)
+        return HPR_OK;
+    if (options->method != HPR_METHOD_HIERARCHICAL)
+        return hpr_fail(ctx, HPR_ERR_ARG, "method %d is none of hpr_solve", (int)options->method);
+    if (options->order > 0)
+        return hpr_fail(ctx, HPR_ERR_ARG, "order %d: method '%s' has one constant per element",
+                        options->order, hpr_method_name(options->method));
+    options->order = 0;
+    options->direct = HPR_DIRECT_GALERKIN;
+    if (options->link_tolerance == 0)
+        options->link_tolerance = hierarchical_tolerance;
+    return HPR_OK;
+}
+
+hpr_status hpr_solve(hpr_context *context, const hpr_scene *scene, const hpr_solve_options *options,
+                     hpr_solution **out)
+{
+    hpr_solve_options chosen;
+    hpr_solve_options_init(&chosen);
+    if (options)
+        chosen = *options;
+    hpr_context_clear_error(context);
+    *out = NULL;
+    hpr_solution *solution = NULL;
+    hpr_status status = take_method(context, &chosen);
+    if (status == HPR_OK)
+        status = hpr_solution_begin(context, scene, &chosen, &solution);
+    if (status == HPR_OK && hpr_solution_lit(solution, scene))
+        status = transport(solution, &chosen);
     if (status != HPR_OK)
         hpr_solution_destroy(&solution);
     *out = solution;

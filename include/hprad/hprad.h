@@ -11,6 +11,7 @@
 #include <hprad/scene.h>
 #include <hprad/solve.h>
 #include <hprad/status.h>
+#include <hprad/study.h>
 #include <hprad/version.h>
 
 #endif

@@ -2,8 +2,7 @@
 
 #include "basis/basis.h"
 
-/* Of uniform elements; a double, for it may be astronomical. */
-static double count_dofs(const hpr_patches *patches, int order, int subdivide)
+double hpr_resolution_dofs(const hpr_patches *patches, int order, int subdivide)
 {
     double dofs = 0;
     for (size_t i = 0; i < patches->count; i++)
@@ -24,7 +23,8 @@ bool hpr_resolution_choose(const hpr_patches *patches, hpr_solve_options *option
             options->order = steps[step].order;
         if (free_subdivide)
             options->subdivide = steps[step].subdivide;
-        bool affordable = count_dofs(patches, options->order, options->subdivide) <= HPR_RESOLUTION_DOFS;
+        bool affordable =
+            hpr_resolution_dofs(patches, options->order, options->subdivide) <= HPR_RESOLUTION_DOFS;
         if (affordable || step == STEPS - 1 || !(free_order || free_subdivide))
             break;
     }

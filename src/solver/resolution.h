@@ -10,6 +10,9 @@
  * most half a gigabyte of blocks, and 10 to 20 s of a furnished room. */
 enum { HPR_RESOLUTION_DOFS = 12000 };
 
+/* Coefficients of uniform elements; a double, for it may be astronomical. */
+double hpr_resolution_dofs(const hpr_patches *patches, int order, int subdivide);
+
 /*
  * Replaces HPR_CHOOSE in order, subdivide and feet. Tried from fine to coarse are
  *   (order, subdivide) = (4,2) (3,2) (2,2) (2,1) (1,1) (1,0) (0,0),

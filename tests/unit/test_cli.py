@@ -24,12 +24,15 @@ RENDER = ["--camera", "--size", "--samples", "--png", "--exposure"]
 METHOD = ["--method", "--hemicube", "--rays", "--shots", "--every"]
 OPTIONS = {"": SOLVE + RENDER, "solve": SOLVE + METHOD, "render": [*RENDER, "--environment"], "probe": [],
            "formfactors": ["--tol", "--order", "--use-eps", "--scene-index"],
-           "reference": RENDER + ["--seed", "--environment", "--max-reflectance", "--metallic", "--scene-index", "--report"]}
+           "reference": RENDER + ["--seed", "--environment", "--max-reflectance", "--metallic", "--scene-index", "--report"],
+           "study": ["--orders", "--subdivide", "--refine", "--method", "--direct", "--truth", "--points", "--repeats",
+                     "--resume", "--json", "--feet", "--environment", "--link-tol", "--block-tol", "--solver", "--hemicube",
+                     "--rays", "--max-reflectance", "--metallic", "--scene-index"]}
 
 # arguments after `hprad`: texts that the message must hold
 WRONG_USAGE = [
-    ((), ["solve, render, probe, formfactors, reference", "--help"]),
-    (("study", "one.gltf"), ["'study'", "verb", "file"]),
+    ((), ["solve, render, probe, formfactors, reference, study", "--help"]),
+    (("plan", "one.gltf"), ["'plan'", "verb", "file"]),
     (("batch",), ["'batch'", "verb", "file"]),
     (("formfactors",), ["no input", "one model"]),
     (("--quiet", "solve", "one.gltf"), ["verb comes first", "solve"]),

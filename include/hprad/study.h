@@ -47,7 +47,8 @@ typedef struct hpr_job_study_options {
     const char *truth_path;  /**< a solution of the scene to compare with; NULL: one is made */
     int truth_order, truth_subdivide; /**< of that; HPR_CHOOSE: 4 more than the highest order, and one
                                            subdivision more than the highest, or less until there are at most
-                                           12,000 coefficients */
+                                           12,000 coefficients; with HPR_REFINE_HP 2 orders more, 2 levels of
+                                           grading more, and the first subdivision */
     int refine;                       /**< hpr_refine, bits */
     size_t order_count, subdivide_count, method_count, direct_count; /**< none may be 0 */
     const int *order, *subdivide;                                    /**< rising */
@@ -72,7 +73,8 @@ HPR_API void hpr_job_study_options_init(hpr_job_study_options *options);
 /**
  * Solves the scene in every way that the options span and measures each against a better solution; a row per
  * run in a table of CSV, written anew after each run, so that what was interrupted can be resumed. The same
- * points and weights for all runs: Gauss points on elements at least as fine as the finest uniform ones. A
+ * points and weights for all runs: Gauss points on the better solution's elements, cut to the finest
+ * subdivision where they are coarser. A
  * run for which there is not enough memory is left out, with a warning. Errors: as in job.h; HPR_ERR_FORMAT
  * also if the solution to compare with is not of this scene. `options` may be NULL.
  */

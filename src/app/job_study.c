@@ -13,7 +13,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { TEXT_BYTES = 256, TRUTH_FEET = 2, TRUTH_ORDERS_MORE = 4 };
+enum { TEXT_BYTES = 256, TRUTH_FEET = 2, TRUTH_ORDERS_MORE = 4, TRUTH_LEVELS_MORE = 2 };
 
 typedef struct study {
     hpr_job *job;
@@ -125,7 +125,8 @@ static hpr_status choose_truth(const study *s, hpr_solve_options *truth)
     hpr_status status = hpr_patches_build(s->scene, &patches);
     if (status != HPR_OK)
         return status;
-    int order = highest(o->order, o->order_count) + TRUTH_ORDERS_MORE;
+    bool graded = o->refine & HPR_REFINE_HP;
+    int order = highest(o->order, o->order_count) + (graded ? TRUTH_LEVELS_MORE : TRUTH_ORDERS_MORE);
     truth->order = o->truth_order != HPR_CHOOSE ? o->truth_order
                    : order < HPR_MAX_ORDER      ? order
                                                 : HPR_MAX_ORDER;
@@ -139,6 +140,11 @@ static hpr_status choose_truth(const study *s, hpr_solve_options *truth)
         }
     }
     hpr_patches_destroy(&patches);
+    if (graded) { /* a singularity is worth more levels than any uniform subdivision */
+        int levels = highest(o->order, o->order_count) + TRUTH_LEVELS_MORE;
+        truth->grade = levels < HPR_MAX_GRADE ? levels : HPR_MAX_GRADE;
+        truth->subdivide = o->truth_subdivide == HPR_CHOOSE ? o->subdivide[0] : o->truth_subdivide;
+    }
     return HPR_OK;
 }
 
@@ -165,16 +171,16 @@ static hpr_status solve_truth(study *s)
     return status;
 }
 
-/* Enough points that the square of what the finest polynomials can show is integrated exactly; on the
- * elements of the finest uniform run. */
+/* On the truth's elements, at least as fine as those of the finest uniform run: so many points that the
+ * square of what the truth and the runs can show there is integrated exactly. */
 static hpr_status make_yardstick(study *s)
 {
     const hpr_job_study_options *o = s->options;
     int subdivide = highest(o->subdivide, o->subdivide_count);
     const hpr_solve_options *truth = &s->truth->summary.options;
     int order = highest(o->order, o->order_count);
-    if (truth->subdivide <= subdivide && truth->order > order)
-        order = truth->order; /* its polynomials are no smaller than the cells of the measure */
+    if (truth->order > order)
+        order = truth->order;
     hpr_yardstick_points points = {.subdivide = subdivide,
                                    .per_edge = order + 1 > 3 ? order + 1 : 3,
                                    .probe_count = s->probe_count,

@@ -6,6 +6,9 @@
 #include <math.h>
 #include <string.h>
 
+/* Halvings below a patch that are followed: as many as a tree can have. */
+enum { MOST_HALVINGS = 2 * (HPR_MAX_SUBDIVIDE + HPR_MAX_FEET + HPR_MAX_GRADE) };
+
 /* Gauss points of a leaf of the measuring mesh, appended. */
 static void place_points(hpr_yardstick *y, const hpr_elements *e, size_t leaf, int n,
                          const hpr_gauss_table *gauss)
@@ -26,12 +29,50 @@ static void place_points(hpr_yardstick *y, const hpr_elements *e, size_t leaf, i
     }
 }
 
+/* Makes pieces like the truth's elements, and halves them on to `subdivide` halvings per axis. The pieces
+ * come in the order of the tree, so that the truth's nodes can be followed. */
+typedef struct follower {
+    const hpr_elements *truth;
+    int subdivide;
+    uint32_t next[MOST_HALVINGS + 1]; /* node of the next piece of each depth, HPR_NONE: below a leaf */
+} follower;
+
+static int follow(void *user, const hpr_piece_of_leaf *piece)
+{
+    follower *f = user;
+    int depth = piece->depth;
+    uint32_t node = depth ? f->next[depth] : piece->patch, child = HPR_NONE;
+    if (depth && node != HPR_NONE)
+        f->next[depth]++; /* the sibling comes next */
+    if (node != HPR_NONE)
+        child = f->truth->child[node];
+    if (depth == MOST_HALVINGS || (child == HPR_NONE && piece->level >= 2 * f->subdivide))
+        return -1;
+    f->next[depth + 1] = child;
+    return child != HPR_NONE ? f->truth->axis[node] : piece->level % 2;
+}
+
+/* The cells that are integrated over. */
+static hpr_status make_mesh(const hpr_solution *truth, int subdivide, hpr_elements **mesh)
+{
+    follower *f = NULL;
+    hpr_status status = hpr_elements_uniform(truth->patches, 0, 0, mesh);
+    if (status == HPR_OK)
+        status = hpr_allocate_into(truth->context, &f, 1, sizeof *f, "points to measure at");
+    if (status == HPR_OK) {
+        *f = (follower){.truth = truth->elements, .subdivide = subdivide};
+        status = hpr_elements_refine(truth->patches, *mesh, follow, f);
+    }
+    hpr_release(truth->context, f);
+    return status;
+}
+
 static hpr_status place_all(hpr_yardstick *y, const hpr_yardstick_points *points)
 {
     hpr_context *ctx = y->context;
     hpr_elements *mesh = NULL;
     hpr_gauss_table *gauss = NULL;
-    hpr_status status = hpr_elements_uniform(y->truth->patches, 0, points->subdivide, &mesh);
+    hpr_status status = make_mesh(y->truth, points->subdivide, &mesh);
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &gauss, 1, sizeof *gauss, "quadrature tables");
     size_t count =

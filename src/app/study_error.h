@@ -21,8 +21,9 @@ typedef struct hpr_yardstick {
 
 /* Where to measure. */
 typedef struct hpr_yardstick_points {
-    int subdivide; /* the points are Gauss points on so many subdivisions of each patch, */
-    int per_edge;  /* so many per edge of an element */
+    int subdivide; /* the points are Gauss points on the truth's elements, cut to so many subdivisions of each
+                      patch where they are coarser; */
+    int per_edge;  /* so many per edge of such a cell */
     size_t probe_count;
     const double *probe, *probe_normal; /* [probe_count][3] */
 } hpr_yardstick_points;

@@ -5,7 +5,6 @@
 
 #include <math.h>
 #include <string.h>
-#include <unistd.h>
 
 void hpr_baseline_options_init(hpr_baseline_options *options)
 {
@@ -71,7 +70,7 @@ static hpr_status check_memory(const run *r)
     size_t count = r->solution->elements->leaf_count;
     double copies = r->problem.method == HPR_SOLVER_DIRECT ? 2 : 1;
     double needed = copies * (double)count * (double)count * sizeof(double);
-    double machine = (double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGE_SIZE);
+    double machine = hpr_machine_bytes();
     if (needed > 0.9 * machine)
         return hpr_fail(r->solution->context, HPR_ERR_MEMORY,
                         "the full matrix of %zu elements needs %.3g GB, this machine has %.3g GB: take a "

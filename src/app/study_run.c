@@ -113,6 +113,11 @@ static hpr_solve_options options_of(const hpr_job_study_options *options, const 
     solve.direct = run->direct;
     if (solve.feet == HPR_CHOOSE)
         solve.feet = 0;
+    /* Of methods that have links, and of those that integrate blocks. */
+    if (run->method > HPR_METHOD_HIERARCHICAL)
+        solve.link_tolerance = 0;
+    if (run->method == HPR_METHOD_HEMICUBE || run->method == HPR_METHOD_RAYCAST)
+        solve.block_tolerance = 0;
     return solve;
 }
 

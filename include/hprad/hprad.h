@@ -2,6 +2,7 @@
 #ifndef HPRAD_HPRAD_H
 #define HPRAD_HPRAD_H
 
+#include <hprad/baseline.h>
 #include <hprad/context.h>
 #include <hprad/job.h>
 #include <hprad/reference.h>
@@ -10,6 +11,7 @@
 #include <hprad/scene.h>
 #include <hprad/solve.h>
 #include <hprad/status.h>
+#include <hprad/study.h>
 #include <hprad/version.h>
 
 #endif

@@ -1,8 +1,8 @@
 #ifndef HPRAD_JOB_H
 #define HPRAD_JOB_H
 
+#include <hprad/baseline.h>
 #include <hprad/reference.h>
-#include <hprad/solve.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -83,7 +83,9 @@ typedef struct hpr_job_solve_options {
     const char *report_path;   /**< NULL: none */
     hpr_read_options read;
     hpr_solve_options solve;
-    size_t environment_count; /**< 0: none; else as hpr_scene_set_environment takes it */
+    hpr_baseline_options baseline; /**< of classical methods. Its `shot` is the job's own: after `every` shots
+                                        the solution so far, with "_SHOTS", 6 digits, before its extension */
+    size_t environment_count;      /**< 0: none; else as hpr_scene_set_environment takes it */
     const double *environment;
     hpr_job_events events;
 } hpr_job_solve_options;

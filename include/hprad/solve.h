@@ -28,13 +28,28 @@ typedef enum hpr_direct_mode {
     HPR_DIRECT_GALERKIN /**< projected onto the basis like everything else */
 } hpr_direct_mode;
 
+/** What is solved: by which elements and by which transport between them. */
+typedef enum hpr_method {
+    HPR_METHOD_GALERKIN,     /**< hprad's own */
+    HPR_METHOD_HIERARCHICAL, /**< its degree 0 with constants on all levels: hierarchical radiosity (Hanrahan,
+                                Salzman & Aupperle 1991); link_tolerance 0 is then 0.3, direct light goes
+                                through the basis */
+    HPR_METHOD_HEMICUBE,     /**< the others: see baseline.h */
+    HPR_METHOD_RAYCAST,
+    HPR_METHOD_EXACT
+} hpr_method;
+
+/** "galerkin", "hierarchical", "hemicube", "raycast", "exact"; static text. */
+HPR_API const char *hpr_method_name(hpr_method method);
+
 /** How the linear system is solved. All give the same solution. */
 typedef enum hpr_solver_method {
     HPR_SOLVER_AUTO,         /**< Gauss-Seidel, and GMRES where that takes long */
     HPR_SOLVER_GAUSS_SEIDEL, /**< patch after patch */
     HPR_SOLVER_GMRES,        /**< preconditioned by a Gauss-Seidel sweep */
     HPR_SOLVER_GATHERING,    /**< Jacobi: all patches at once */
-    HPR_SOLVER_SHOOTING      /**< Southwell: the brightest patch first, progressive refinement */
+    HPR_SOLVER_SHOOTING,     /**< Southwell: the brightest patch first, progressive refinement */
+    HPR_SOLVER_DIRECT        /**< elimination: of the full matrix of a classical method only */
 } hpr_solver_method;
 
 /** How elements are refined until a tolerance is met. */
@@ -47,7 +62,7 @@ typedef enum hpr_refine_mode {
 /** "hp", "h", "p"; static text. */
 HPR_API const char *hpr_refine_name(hpr_refine_mode mode);
 
-/** "auto", "gauss-seidel", "gmres", "gathering", "shooting"; static text. */
+/** "auto", "gauss-seidel", "gmres", "gathering", "shooting", "direct"; static text. */
 HPR_API const char *hpr_solver_name(hpr_solver_method method);
 
 /** How a scene is solved. */
@@ -70,6 +85,7 @@ typedef struct hpr_solve_options {
     double solver_tolerance; /**< relative error of the linear system's solution */
     int max_sweeps;          /**< limit of sweeps, iterations or shots */
     hpr_direct_mode direct;  /**< what becomes of direct light */
+    hpr_method method;
 } hpr_solve_options;
 
 /**
@@ -145,9 +161,10 @@ typedef struct hpr_solve_summary {
 
 /**
  * Solves H = ∫ G V (M + rho H) dA + pi L V_outside on uniform elements, L the scene's environment.
- * Errors: HPR_ERR_ARG (options out of range), HPR_ERR_MEMORY (also when the predicted size exceeds the
- * machine's memory), HPR_ERR_NUMERIC (no convergence; the message names the remedy), HPR_ERR_INTERRUPTED.
- * A scene without patches, or without light (lamps or environment), gives the zero solution and a warning.
+ * Errors: HPR_ERR_ARG (options out of range, or a method of baseline.h), HPR_ERR_MEMORY (also when the
+ * predicted size exceeds the machine's memory), HPR_ERR_NUMERIC (no convergence; the message names the
+ * remedy), HPR_ERR_INTERRUPTED. A scene without patches, or without light (lamps or environment), gives the
+ * zero solution and a warning.
  */
 HPR_API hpr_status hpr_solve(hpr_context *context, const hpr_scene *scene, const hpr_solve_options *options,
                              hpr_solution **solution);

@@ -2,11 +2,14 @@
 #include "app/job.h"
 #include "app/names.h"
 
+#include <stdio.h>
+
 void hpr_job_solve_options_init(hpr_job_solve_options *options)
 {
     *options = (hpr_job_solve_options){0};
     hpr_read_options_init(&options->read);
     hpr_solve_options_init(&options->solve);
+    hpr_baseline_options_init(&options->baseline);
 }
 
 static hpr_status claim_outputs(hpr_job *job, const char *scene_path, const char *solution_path,
@@ -30,6 +33,26 @@ static hpr_status write_solution(hpr_job *job, const hpr_solution *solution, con
     if (status == HPR_OK)
         hpr_job_wrote(job, &(hpr_job_file){.kind = HPR_JOB_FILE_SOLUTION, .path = path});
     return status;
+}
+
+typedef struct progressive {
+    hpr_job *job;
+    const char *path; /* of the solution in the end */
+} progressive;
+
+/* Keeps what shooting has reached. */
+static hpr_status keep_shot(void *user, const hpr_solution *solution, int shots)
+{
+    const progressive *p = user;
+    char tail[32];
+    snprintf(tail, sizeof tail, "_%06d.glb", shots);
+    char *path = hpr_name_beside(p->job->context, p->path, tail);
+    hpr_status status = path ? hpr_outputs_claim(&p->job->outputs, path)
+                             : hpr_fail(p->job->context, HPR_ERR_MEMORY, "out of memory for a file name");
+    if (status == HPR_OK)
+        status = write_solution(p->job, solution, path);
+    hpr_release(p->job->context, path);
+    return status == HPR_OK ? hpr_job_enter(p->job, HPR_JOB_SOLVE) : status;
 }
 
 hpr_status hpr_job_solve(hpr_context *ctx, const char *scene_path, const hpr_job_solve_options *options,
@@ -57,8 +80,12 @@ hpr_status hpr_job_solve(hpr_context *ctx, const char *scene_path, const hpr_job
         status = hpr_job_read_scene(&job, scene_path, &options->read, &scene);
     if (status == HPR_OK && options->environment_count)
         status = hpr_scene_set_environment(scene, options->environment_count, options->environment);
+    progressive p = {&job, path};
+    hpr_baseline_options baseline = options->baseline;
+    baseline.shot = keep_shot;
+    baseline.user = &p;
     if (status == HPR_OK)
-        status = hpr_job_run_solve(&job, scene, &options->solve, &solution);
+        status = hpr_job_run_solve(&job, scene, &options->solve, &baseline, &solution);
     if (status == HPR_OK)
         status = write_solution(&job, solution, path);
     if (status == HPR_OK)

@@ -6,7 +6,7 @@
 
 #include <sys/types.h>
 
-enum { HPR_MAX_INPUTS = 2 };
+enum { HPR_MAX_INPUTS = 3 };
 
 typedef struct hpr_outputs {
     hpr_context *context;

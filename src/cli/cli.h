@@ -25,6 +25,7 @@ int cli_render(int argc, const char **argv);
 int cli_probe(int argc, const char **argv);
 int cli_formfactors(int argc, const char **argv);
 int cli_reference(int argc, const char **argv);
+int cli_study(int argc, const char **argv);
 int cli_picture(int argc, const char **argv); /* the form without verb */
 
 /* The verb of this name, or NULL. */
@@ -113,6 +114,7 @@ void cli_catch_signals(void);
 
 /* Groups of options that several verbs have (options.c). Their ids do not overlap. */
 extern const struct poptOption cli_solve_options[];
+extern const struct poptOption cli_method_options[];
 extern const struct poptOption cli_render_options[];
 extern const struct poptOption cli_common_options[];
 
@@ -121,15 +123,24 @@ typedef struct cli_solve_settings {
     hpr_solve_options solve;
     cli_environment environment;
     bool feet_given; /* else --subdivide alone makes all elements */
+    bool direct_given;
     const char *report_path;
 } cli_solve_settings;
 
+typedef struct cli_method_settings {
+    hpr_baseline_options baseline;
+    bool hemicube_given, rays_given;
+} cli_method_settings;
+
 /* Takes an option of the group. -1: it is of another group; 0: refused after a message; 1: taken. */
 int cli_take_solve_option(cli_solve_settings *settings, int id, const char *value);
+int cli_take_method_option(cli_method_settings *settings, hpr_solve_options *solve, int id,
+                           const char *value);
 int cli_take_render_option(hpr_job_render_options *settings, int id, const char *value);
 int cli_take_common_option(cli_run *run, int id, const char *value);
 
 /* What no single option can tell. False after a message. */
+bool cli_check_method(const cli_method_settings *settings, const cli_solve_settings *solve);
 bool cli_check_render_options(const hpr_job_render_options *settings);
 
 /* Ids of options. Those of single verbs begin at CLI_OPTION_OWN. */
@@ -159,6 +170,11 @@ enum {
     CLI_OPTION_REFINE,
     CLI_OPTION_MAX_TIME,
     CLI_OPTION_MAX_MEMORY,
+    CLI_OPTION_METHOD,
+    CLI_OPTION_HEMICUBE,
+    CLI_OPTION_RAYS,
+    CLI_OPTION_SHOTS,
+    CLI_OPTION_EVERY,
     CLI_OPTION_CAMERA,
     CLI_OPTION_SIZE,
     CLI_OPTION_SAMPLES,

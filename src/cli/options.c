@@ -59,8 +59,9 @@ const struct poptOption cli_solve_options[] = {
      "T"},
     {"solver", 0, POPT_ARG_STRING, NULL, CLI_OPTION_SOLVER,
      "how the linear system is solved: Gauss-Seidel sweeps, GMRES, gathering (Jacobi), shooting (progressive "
-     "refinement); default auto: Gauss-Seidel, and GMRES where that takes long",
-     "auto|gauss-seidel|gmres|gathering|shooting"},
+     "refinement), direct (elimination, of a full matrix only); default auto: Gauss-Seidel, and GMRES where "
+     "that takes long",
+     "auto|gauss-seidel|gmres|gathering|shooting|direct"},
     {"max-sweeps", 0, POPT_ARG_STRING, NULL, CLI_OPTION_MAX_SWEEPS, "iteration limit of the solver", "N"},
     {"max-reflectance", 0, POPT_ARG_STRING, NULL, CLI_OPTION_MAX_REFLECTANCE,
      "scale reflectances above R down to R", "R"},
@@ -210,12 +211,12 @@ static bool take_bytes(const char *option, const char *text, double *bytes)
 
 static bool take_solver(const char *text, hpr_solver_method *solver)
 {
-    for (int i = HPR_SOLVER_AUTO; i <= HPR_SOLVER_SHOOTING; i++) {
+    for (int i = HPR_SOLVER_AUTO; i <= HPR_SOLVER_DIRECT; i++) {
         *solver = (hpr_solver_method)i;
         if (!strcmp(text, hpr_solver_name(*solver)))
             return true;
     }
-    cli_complain("--solver '%s': expected auto, gauss-seidel, gmres, gathering or shooting", text);
+    cli_complain("--solver '%s': expected auto, gauss-seidel, gmres, gathering, shooting or direct", text);
     return false;
 }
 
@@ -251,6 +252,7 @@ int cli_take_solve_option(cli_solve_settings *settings, int id, const char *valu
     case CLI_OPTION_BLOCK_TOLERANCE:
         return cli_positive("--block-tol", value, 1, true, &solve->block_tolerance);
     case CLI_OPTION_DIRECT:
+        settings->direct_given = true;
         return take_direct(value, &solve->direct);
     case CLI_OPTION_ENVIRONMENT:
         return cli_take_environment(value, &settings->environment);

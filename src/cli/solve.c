@@ -7,6 +7,7 @@ enum { OPTION_OUTPUT = CLI_OPTION_OWN };
 
 typedef struct settings {
     cli_solve_settings solve;
+    cli_method_settings method;
     const char *output;
 } settings;
 
@@ -14,16 +15,22 @@ static const struct poptOption options[] = {
     {"output", 'o', POPT_ARG_STRING, NULL, OPTION_OUTPUT,
      "the solution (default: the scene's base name with .glb, in the working folder)", "SOL.glb"},
     {NULL, 0, POPT_ARG_INCLUDE_TABLE, (void *)cli_solve_options, 0, "How to solve:", NULL},
+    {NULL, 0, POPT_ARG_INCLUDE_TABLE, (void *)cli_method_options, 0,
+     "Classical methods, to compare with:", NULL},
     {NULL, 0, POPT_ARG_INCLUDE_TABLE, (void *)cli_common_options, 0, "Common:", NULL},
     POPT_TABLEEND};
 
 static bool take(void *user, int id, const char *value)
 {
     settings *chosen = user;
-    if (id != OPTION_OUTPUT)
-        return cli_take_solve_option(&chosen->solve, id, value) > 0;
-    chosen->output = value;
-    return true;
+    if (id == OPTION_OUTPUT) {
+        chosen->output = value;
+        return true;
+    }
+    int taken = cli_take_method_option(&chosen->method, &chosen->solve.solve, id, value);
+    if (taken < 0)
+        taken = cli_take_solve_option(&chosen->solve, id, value);
+    return taken > 0;
 }
 
 static const cli_verb verb = {
@@ -31,8 +38,9 @@ static const cli_verb verb = {
     .operands = "SCENE.gltf|SCENE.glb [OPTIONS]",
     .about = "Solves a scene once for all views. The solution is a .glb that any glTF viewer shows and that\n"
              "'hprad render' and 'hprad probe' read.\n",
-    .examples =
-        "  hprad solve scenes/cornell_box.gltf -o box.glb --order 2 --subdivide 3 --report box.json\n",
+    .examples = "  hprad solve scenes/cornell_box.gltf -o box.glb --order 2 --subdivide 3 --report box.json\n"
+                "  hprad solve scenes/cornell_box.gltf --method hemicube --subdivide 3 --solver shooting "
+                "--every 100\n",
     .operand_count = 1,
     .operand_names = "one scene",
     .solves = true,
@@ -58,8 +66,11 @@ int cli_solve(int argc, const char **argv)
     settings chosen = {0};
     hpr_read_options_init(&chosen.solve.read);
     hpr_solve_options_init(&chosen.solve.solve);
+    hpr_baseline_options_init(&chosen.method.baseline);
     cli_run run;
     int code = cli_parse(&run, &verb, &chosen, argc, argv);
+    if (code == CLI_GO_ON && !cli_check_method(&chosen.method, &chosen.solve))
+        code = CLI_USAGE;
     if (code == CLI_GO_ON)
         code = cli_open(&run);
     if (code == CLI_GO_ON) {
@@ -69,6 +80,7 @@ int cli_solve(int argc, const char **argv)
                                      .report_path = chosen.solve.report_path,
                                      .read = chosen.solve.read,
                                      .solve = chosen.solve.solve,
+                                     .baseline = chosen.method.baseline,
                                      .environment_count = chosen.solve.environment.count,
                                      .environment = chosen.solve.environment.radiance,
                                      .events = cli_events(&run)};

@@ -23,6 +23,7 @@ static void add_counts(cJSON *root, const hpr_solution *solution, bool *ok)
 {
     const hpr_solve_summary *summary = &solution->summary;
     cJSON *settings = hpr_json_object(root, "settings", ok);
+    hpr_json_text(settings, "method", hpr_method_name(summary->options.method), ok);
     hpr_json_number(settings, "order", summary->options.order, ok);
     hpr_json_number(settings, "subdivide", summary->options.subdivide, ok);
     hpr_json_number(settings, "feet", summary->options.feet, ok);

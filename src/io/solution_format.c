@@ -102,6 +102,7 @@ const hpr_field *hpr_summary_fields(size_t *count)
         {"sweeps", HPR_FIELD_INT, AT(sweeps), 1},
         {"residual", HPR_FIELD_DOUBLE, AT(residual), 1},
         {"occluded", HPR_FIELD_INT, AT(occluded), 1},
+        {"method", HPR_FIELD_INT, AT(options.method), 4}, /* without it: Galerkin */
     };
 #undef AT
     *count = COUNT_OF(fields);

@@ -40,8 +40,9 @@
  * - solution.error (float64 per leaf): estimated L2 error of H, in W/m2 * m; NaN: unknown
  * - cameras[]: name, kind (perspective, orthographic), origin, right, up, backward, yfov, aspectRatio (0: the
  *   picture's), xmag, ymag, znear, zfar
- * - summary: options and counts of the solve
- * - energy[] (W per channel): emitted, environment, absorbed, lostOnBacks, escaped
+ * - summary: options and counts of the solve; method 0: hprad's own, as is meant where it is missing
+ * - energy[] (W per channel): emitted, environment, absorbed, lostOnBacks, escaped;
+ *   the last two NaN where a full matrix was solved
  *
  * What other programs show is an unlit mesh with the vertex colours clamp(exposure * radiance, 0, 1), linear
  * Rec. 709, and the cameras. It is a picture of the solution and is not read back.

@@ -164,8 +164,9 @@ static hpr_status make_links(assembly *a, const hpr_links_demand *demand)
     hpr_links *links = a->links;
     hpr_status status = find_verdicts(a, demand->sends);
     links->link_tolerance = demand->link_tolerance > 0 ? demand->link_tolerance : choose_link_tolerance(a);
+    int degree = demand->constant ? 0 : inner_degree(links->link_tolerance);
     if (status == HPR_OK)
-        status = hpr_tree_create(a->coverage, a->elements, inner_degree(links->link_tolerance), &links->tree);
+        status = hpr_tree_create(a->coverage, a->elements, degree, &links->tree);
     if (status == HPR_OK)
         status = hpr_far_create(a->context, links->tree->highest_degree, &a->far);
     if (status == HPR_OK)

@@ -46,7 +46,8 @@ static hpr_element_frame frame_of(const assembly *a, size_t p)
                                .edge1 = hpr_vec3_load(patches->edge1 + 3 * p),
                                .edge2 = hpr_vec3_load(patches->edge2 + 3 * p),
                                .normal = hpr_vec3_load(patches->normal + 3 * p),
-                               .area_m2 = patches->area_m2[p]};
+                               .area_m2 = patches->area_m2[p],
+                               .opposite = {patches->opposite[2 * p], patches->opposite[2 * p + 1]}};
 }
 
 static void count(worker *w, const hpr_block_task *task, const hpr_block_result *result)

@@ -8,7 +8,7 @@ const char *hpr_solver_name(hpr_solver_method method)
     static const char *const names[] = {
         [HPR_SOLVER_AUTO] = "auto",         [HPR_SOLVER_GAUSS_SEIDEL] = "gauss-seidel",
         [HPR_SOLVER_GMRES] = "gmres",       [HPR_SOLVER_GATHERING] = "gathering",
-        [HPR_SOLVER_SHOOTING] = "shooting",
+        [HPR_SOLVER_SHOOTING] = "shooting", [HPR_SOLVER_DIRECT] = "direct",
     };
     return names[method];
 }

@@ -2,8 +2,7 @@
 
 #include "basis/basis.h"
 
-/* Of uniform elements; a double, for it may be astronomical. */
-static double count_dofs(const hpr_patches *patches, int order, int subdivide)
+double hpr_resolution_dofs(const hpr_patches *patches, int order, int subdivide)
 {
     double dofs = 0;
     for (size_t i = 0; i < patches->count; i++)
@@ -15,7 +14,7 @@ static double count_dofs(const hpr_patches *patches, int order, int subdivide)
 static int highest_order(const hpr_patches *patches, int high, int subdivide, double most)
 {
     int order = high;
-    while (order > 0 && count_dofs(patches, order, subdivide) > most)
+    while (order > 0 && hpr_resolution_dofs(patches, order, subdivide) > most)
         order--;
     return order;
 }
@@ -27,7 +26,7 @@ static void choose_even(const hpr_patches *patches, hpr_solve_options *options)
     int order = options->order;
     if (order == HPR_CHOOSE)
         order = highest_order(patches, HPR_DEFAULT_ORDER, 0, half);
-    bool room = count_dofs(patches, order, 0) <= half && (order > 0 || options->order == 0);
+    bool room = hpr_resolution_dofs(patches, order, 0) <= half && (order > 0 || options->order == 0);
     if (options->order == HPR_CHOOSE && order == 0)
         order = highest_order(patches, 1, 0, HPR_RESOLUTION_DOFS);
     options->order = order;
@@ -43,7 +42,7 @@ bool hpr_resolution_choose(const hpr_patches *patches, hpr_solve_options *option
     int subdivide = free_subdivide ? HPR_DEFAULT_SUBDIVIDE : options->subdivide;
     bool sized = options->element_size > 0;
     bool full = (!free_order && !free_subdivide) ||
-                (!sized && count_dofs(patches, order, subdivide) <= HPR_RESOLUTION_DOFS);
+                (!sized && hpr_resolution_dofs(patches, order, subdivide) <= HPR_RESOLUTION_DOFS);
     if (full) {
         options->order = order;
         options->subdivide = subdivide;
@@ -63,7 +62,7 @@ void hpr_resolution_begin(const hpr_patches *patches, hpr_solve_options *options
 {
     enum { FINE = 4, COARSE = 2 };
     if (options->order == HPR_CHOOSE)
-        options->order = count_dofs(patches, FINE, 0) <= HPR_RESOLUTION_DOFS ? FINE : COARSE;
+        options->order = hpr_resolution_dofs(patches, FINE, 0) <= HPR_RESOLUTION_DOFS ? FINE : COARSE;
     if (options->subdivide == HPR_CHOOSE)
         options->subdivide = 0;
     if (options->feet == HPR_CHOOSE)

@@ -10,6 +10,9 @@
  * most half a gigabyte of blocks, and 10 to 20 s of a furnished room. */
 enum { HPR_RESOLUTION_DOFS = 12000 };
 
+/* Coefficients of uniform elements; a double, for it may be astronomical. */
+double hpr_resolution_dofs(const hpr_patches *patches, int order, int subdivide);
+
 /*
  * Replaces HPR_CHOOSE in order, subdivide and feet by
  *   (HPR_DEFAULT_ORDER, HPR_DEFAULT_SUBDIVIDE, HPR_DEFAULT_FEET)

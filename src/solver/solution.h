@@ -26,4 +26,19 @@ struct hpr_solution {
     hpr_solve_summary summary;
 };
 
+/*
+ * A solution of a scene that is yet to be solved: names, cameras, patches, elements of order, subdivision,
+ * grading and feet as the options say, coefficients zero. options: borrowed for the call, copied into the
+ * summary. Stage "mesh". Errors: HPR_ERR_ARG, HPR_ERR_MEMORY, HPR_ERR_DEVICE.
+ */
+hpr_status hpr_solution_begin(hpr_context *ctx, const hpr_scene *scene, const hpr_solve_options *options,
+                              hpr_solution **solution);
+
+/* Channels that differ: 1 if all agree in what is emitted, reflected and comes from outside, else their
+ * number. */
+size_t hpr_solution_distinct_channels(const hpr_solution *solution);
+
+/* Is there something to solve? Else that is warned about, and the zero solution is the answer. */
+bool hpr_solution_lit(const hpr_solution *solution, const hpr_scene *scene);
+
 #endif

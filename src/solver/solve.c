@@ -16,6 +16,16 @@ void hpr_solve_options_init(hpr_solve_options *options)
                                    .max_sweeps = 20000};
 }
 
+const char *hpr_method_name(hpr_method method)
+{
+    static const char *const names[] = {
+        [HPR_METHOD_GALERKIN] = "galerkin", [HPR_METHOD_HIERARCHICAL] = "hierarchical",
+        [HPR_METHOD_HEMICUBE] = "hemicube", [HPR_METHOD_RAYCAST] = "raycast",
+        [HPR_METHOD_EXACT] = "exact",
+    };
+    return names[method];
+}
+
 static hpr_status check_options(hpr_context *ctx, const hpr_solve_options *options)
 {
     if (options->order < HPR_CHOOSE || options->order > HPR_MAX_ORDER)
@@ -58,6 +68,17 @@ static bool has_light(const hpr_solution *solution)
     return hpr_outside_shines(solution);
 }
 
+bool hpr_solution_lit(const hpr_solution *solution, const hpr_scene *scene)
+{
+    if (solution->patches->count == 0)
+        hpr_warn(solution->context, "%s: no surface; the solution is empty", scene->path);
+    else if (!has_light(solution))
+        hpr_warn(solution->context, "%s: no light; the solution is zero", scene->path);
+    else
+        return true;
+    return false;
+}
+
 static hpr_status transport(hpr_solution *solution, const hpr_solve_options *options)
 {
     static const double direct_tolerance = 1e-5;
@@ -73,24 +94,20 @@ static hpr_status transport(hpr_solution *solution, const hpr_solve_options *opt
     return status;
 }
 
-hpr_status hpr_solve(hpr_context *context, const hpr_scene *scene, const hpr_solve_options *options,
-                     hpr_solution **out)
+hpr_status hpr_solution_begin(hpr_context *ctx, const hpr_scene *scene, const hpr_solve_options *options,
+                              hpr_solution **out)
 {
-    hpr_solve_options defaults;
-    hpr_solve_options_init(&defaults);
-    options = options ? options : &defaults;
-    hpr_context_clear_error(context);
-    *out = NULL;
     hpr_solution *solution = NULL;
-    hpr_status status = check_options(context, options);
+    *out = NULL;
+    hpr_status status = check_options(ctx, options);
     if (status == HPR_OK)
-        status = hpr_allocate_into(context, &solution, 1, sizeof *solution, "a solution");
+        status = hpr_allocate_into(ctx, &solution, 1, sizeof *solution, "a solution");
     if (status != HPR_OK)
         return status;
-    solution->context = context;
+    solution->context = ctx;
     solution->summary.options = *options;
     solution->summary.error_estimate = NAN;
-    hpr_stage_begin(context, "mesh");
+    hpr_stage_begin(ctx, "mesh");
     status = hpr_setup_describe(solution, scene);
     if (status == HPR_OK)
         status = hpr_setup_elements(solution, scene);
@@ -98,13 +115,49 @@ hpr_status hpr_solve(hpr_context *context, const hpr_scene *scene, const hpr_sol
         status = hpr_setup_arrays(solution);
     if (status == HPR_OK)
         status = hpr_setup_cameras(solution, scene);
-    hpr_stage_end(context);
-    if (status == HPR_OK && solution->patches->count == 0)
-        hpr_warn(context, "%s: no surface; the solution is empty", scene->path);
-    else if (status == HPR_OK && !has_light(solution))
-        hpr_warn(context, "%s: no light; the solution is zero", scene->path);
-    else if (status == HPR_OK)
-        status = options->tolerance > 0 ? hpr_tolerance_solve(solution) : transport(solution, options);
+    hpr_stage_end(ctx);
+    if (status != HPR_OK)
+        hpr_solution_destroy(&solution);
+    *out = solution;
+    return status;
+}
+
+/* What a method of this operator asks for. */
+static hpr_status take_method(hpr_context *ctx, hpr_solve_options *options)
+{
+    static const double hierarchical_tolerance = 0.3;
+    if (options->solver == HPR_SOLVER_DIRECT)
+        return hpr_fail(ctx, HPR_ERR_ARG, "elimination needs a full matrix, method '%s' has none",
+                        hpr_method_name(options->method));
+    if (options->method == HPR_METHOD_GALERKIN)
+        return HPR_OK;
+    if (options->method != HPR_METHOD_HIERARCHICAL)
+        return hpr_fail(ctx, HPR_ERR_ARG, "method %d is none of hpr_solve", (int)options->method);
+    if (options->order > 0)
+        return hpr_fail(ctx, HPR_ERR_ARG, "order %d: method '%s' has one constant per element",
+                        options->order, hpr_method_name(options->method));
+    options->order = 0;
+    options->direct = HPR_DIRECT_GALERKIN;
+    if (options->link_tolerance == 0)
+        options->link_tolerance = hierarchical_tolerance;
+    return HPR_OK;
+}
+
+hpr_status hpr_solve(hpr_context *context, const hpr_scene *scene, const hpr_solve_options *options,
+                     hpr_solution **out)
+{
+    hpr_solve_options chosen;
+    hpr_solve_options_init(&chosen);
+    if (options)
+        chosen = *options;
+    hpr_context_clear_error(context);
+    *out = NULL;
+    hpr_solution *solution = NULL;
+    hpr_status status = take_method(context, &chosen);
+    if (status == HPR_OK)
+        status = hpr_solution_begin(context, scene, &chosen, &solution);
+    if (status == HPR_OK && hpr_solution_lit(solution, scene))
+        status = chosen.tolerance > 0 ? hpr_tolerance_solve(solution) : transport(solution, &chosen);
     if (status != HPR_OK)
         hpr_solution_destroy(&solution);
     *out = solution;

@@ -27,6 +27,11 @@ static bool channels_agree(const hpr_solution *solution)
     return true;
 }
 
+size_t hpr_solution_distinct_channels(const hpr_solution *solution)
+{
+    return channels_agree(solution) ? 1 : solution->channel_count;
+}
+
 /* The first to_channels of each row of a table [count][from_channels]. */
 static void take_channels(double *to, size_t to_channels, const double *from, size_t from_channels,
                           size_t count)
@@ -42,7 +47,7 @@ static hpr_status solve_system(hpr_solution *solution, const hpr_transport *t, d
     const hpr_patches *patches = solution->patches;
     const hpr_solve_options *options = &solution->summary.options;
     size_t n = solution->channel_count, dofs = solution->summary.dof_count;
-    size_t solved = channels_agree(solution) ? 1 : n;
+    size_t solved = hpr_solution_distinct_channels(solution);
     double *reflectance = NULL;
     hpr_linear_problem problem = {.patches = patches,
                                   .links = t->links,
@@ -143,7 +148,11 @@ static hpr_status link_up(const hpr_solution *solution, const hpr_coverage *cove
     bool emission = solution->summary.direct == HPR_DIRECT_GALERKIN;
     for (size_t i = 0; i < patches->count * n; i++)
         sends[i / n] |= patches->reflectance[i] > 0 || (emission && patches->exitance[i] > 0);
-    const hpr_links_demand demand = {asked->link_tolerance, asked->block_tolerance, asked->known, sends};
+    const hpr_links_demand demand = {.link_tolerance = asked->link_tolerance,
+                                     .block_tolerance = asked->block_tolerance,
+                                     .known = asked->known,
+                                     .constant = solution->summary.options.method == HPR_METHOD_HIERARCHICAL,
+                                     .sends = sends};
     status = hpr_links_assemble(coverage, solution->elements, &demand, links);
     hpr_release(solution->context, sends);
     return status;

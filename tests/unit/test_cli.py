@@ -21,14 +21,18 @@ SOLVE = ["--order", "--subdivide", "--tol", "--environment", "--element-size", "
          "--solver", "--max-sweeps", "--max-reflectance", "--metallic",
          "--scene-index", "--report"]
 RENDER = ["--camera", "--size", "--samples", "--png", "--exposure"]
-OPTIONS = {"": SOLVE + RENDER, "solve": SOLVE, "render": [*RENDER, "--environment"], "probe": [],
+METHOD = ["--method", "--hemicube", "--rays", "--shots", "--every"]
+OPTIONS = {"": SOLVE + RENDER, "solve": SOLVE + METHOD, "render": [*RENDER, "--environment"], "probe": [],
            "formfactors": ["--tol", "--order", "--use-eps", "--scene-index"],
-           "reference": RENDER + ["--seed", "--environment", "--max-reflectance", "--metallic", "--scene-index", "--report"]}
+           "reference": RENDER + ["--seed", "--environment", "--max-reflectance", "--metallic", "--scene-index", "--report"],
+           "study": ["--orders", "--subdivide", "--refine", "--method", "--direct", "--truth", "--points", "--repeats",
+                     "--resume", "--json", "--feet", "--environment", "--link-tol", "--block-tol", "--solver", "--hemicube",
+                     "--rays", "--max-reflectance", "--metallic", "--scene-index"]}
 
 # arguments after `hprad`: texts that the message must hold
 WRONG_USAGE = [
-    ((), ["solve, render, probe, formfactors, reference", "--help"]),
-    (("study", "one.gltf"), ["'study'", "verb", "file"]),
+    ((), ["solve, render, probe, formfactors, reference, study", "--help"]),
+    (("plan", "one.gltf"), ["'plan'", "verb", "file"]),
     (("batch",), ["'batch'", "verb", "file"]),
     (("formfactors",), ["no input", "one model"]),
     (("--quiet", "solve", "one.gltf"), ["verb comes first", "solve"]),
@@ -60,6 +64,14 @@ WRONG_USAGE = [
     (("solve", "one.gltf", "-o", "x", "--report", "x"), ["'x'", "two outputs"]),
     (("solve", "one.gltf", "--scene-index", "7"), ["one.gltf", "scene 7"]),
     (("one.gltf", "--exposure", "2"), ["--exposure", "--png"]),
+    (("solve", "one.gltf", "--hemicube", "64"), ["--hemicube", "--method hemicube"]),
+    (("solve", "one.gltf", "--method", "hemicube", "--rays", "2"), ["--rays", "--method raycast"]),
+    (("solve", "one.gltf", "--method", "raycast", "--shots", "2"), ["--shots", "--solver shooting"]),
+    (("solve", "one.gltf", "--solver", "shooting", "--every", "2"), ["--every", "full matrix"]),
+    (("solve", "one.gltf", "--method", "exact", "--direct", "exact"), ["--direct exact", "--method galerkin"]),
+    (("solve", "one.gltf", "--method", "exact", "--order", "1"), ["order 1", "'exact'"]),
+    (("solve", "one.gltf", "--solver", "direct"), ["'galerkin'", "full matrix"]),
+    (("one.gltf", "--method", "exact"), ["--method", "unknown option"]),
     (("solve", "one.gltf", "-o", "one.gltf"), ["'one.gltf'", "input"]),
     (("solve", "one.gltf", "-o", "link.gltf"), ["'link.gltf'", "input"]),
     (("solve", "one.gltf", "--report", "./one.gltf"), ["'./one.gltf'", "input"]),
@@ -79,6 +91,11 @@ BAD_VALUES = {
     "--grade": ["-1", "21", "x"],
     "--link-tol": ["0", "1", "-1e-3", "nan", "x", ""],
     "--solver": ["jacobi", "GMRES", ""],
+    "--method": ["radiosity", "Hemicube", ""],
+    "--hemicube": ["0", "1", "3", "4098", "x"],
+    "--rays": ["0", "65", "x"],
+    "--shots": ["0", "-1", "x"],
+    "--every": ["0", "-1", "x"],
     "--block-tol": ["0", "1", "-1e-3", "nan", "inf", "0x1p-3", "1e-3x", ""],
     "--max-sweeps": ["0", "-5", "many"],
     "--max-reflectance": ["0", "1.01", "nan"],
@@ -282,6 +299,37 @@ def check_solve(command):
     os.remove(path_of(command, "elsewhere", "one.glb"))
 
 
+def check_methods(command):
+    """The classical methods through the command: what the report says, and the solution after every n shots."""
+    for method in ("galerkin", "hierarchical", "hemicube", "raycast", "exact"):
+        options = ("--hemicube", "64") if method == "hemicube" else ("--rays", "3") if method == "raycast" else ()
+        order = () if method != "galerkin" else ("--order", "0")
+        result = command("solve", "one.gltf", "--method", method, "--subdivide", "1", *order, *options, "-o", "m.glb",
+                         "--report", "m.json")
+        with open(path_of(command, "m.json"), encoding="utf-8") as file:
+            report = json.load(file)
+        wrong = [*problems(result, 0)]
+        if (report["settings"]["method"], report["settings"]["order"]) != (method, 0):
+            wrong.append(f"the report says {report['settings']}")
+        check(f"--method {method}: solved, and the report names it", wrong)
+        result = command("probe", "m.glb", "points.csv")
+        check(f"--method {method}: the solution can be probed", problems(result, 0, ["nomatch"]))
+    shots = ("--method", "raycast", "--subdivide", "1", "--solver", "shooting", "--shots", "5", "--every", "2")
+    result = command("solve", "one.gltf", *shots, "-o", "s.glb", "--report", "s.json")
+    files = [name for name in command.listing() if name.startswith("s")]
+    wrong = [] if files == ["s.glb", "s.json", "s_000002.glb", "s_000004.glb"] else [f"found {files}"]
+    check("--every 2 of 5 shots: two solutions on the way", [*problems(result, 0), *wrong])
+    with open(path_of(command, "s.json"), encoding="utf-8") as file:
+        report = json.load(file)
+    check("the report counts the shots", report["solver"]["method"] == "shooting" and report["solver"]["sweeps"] == 5)
+    check("what the matrix does not know is null",
+          all(e["lost_on_backs"] is None and e["escaped"] is None for e in report["energy"]))
+    result = command("render", "s_000002.glb", *SMALL, "-o", "s.exr")
+    check("what was kept on the way can be rendered", problems(result, 0))
+    result = command("solve", "one.gltf", "--method", "raycast", "--environment", "1", "-o", "m.glb")
+    check("no light from outside with a full matrix", problems(result, 3, ["'raycast'", "outside"]))
+
+
 def read(command, *parts):
     with open(path_of(command, *parts), "rb") as file:
         return file.read()
@@ -404,6 +452,7 @@ def main():
         check_usage(command)
         check_choice(command)
         check_solve(command)
+        check_methods(command)
         check_inputs(command)
         check_outputs_refused(command)
         check_full_disk(command)

@@ -53,7 +53,7 @@ def declared(include):
     for header in headers_in(include):
         with open(os.path.join(include, header), encoding="utf-8") as file:
             text = without_comments(file.read())
-        functions.update(re.findall(r"\b(hpr_\w+)\s*\([^;{}]*\)\s*;", text))
+        functions.update(re.findall(r"\b(hpr_\w+)\s*\((?!\s*\*)[^;{}]*\)\s*;", text))
         marked.update(re.findall(r"\bHPR_API\b[^;{}(]*?\b(hpr_\w+)\s*\(", text))
     return functions, marked
 
@@ -97,7 +97,7 @@ def check_oneself():
             check(f"a header that is not {language} by itself is seen", bool(problems))
     with tempfile.TemporaryDirectory() as include:
         with open(os.path.join(include, "bad.h"), "w", encoding="utf-8") as file:
-            file.write("/* HPR_API int hpr_no(void); */\nHPR_API int\nhpr_a(int (*f)(void));\nint hpr_b(void);\n")
+            file.write("/* HPR_API int hpr_no(void); */\nHPR_API int\nhpr_a(int (*f)(void));\nint hpr_b(void);\nhpr_c (*g)(int);\n")
         check("marked and unmarked declarations are told apart",
               declared(include) == ({"hpr_a", "hpr_b"}, {"hpr_a"}))
 

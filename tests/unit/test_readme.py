@@ -108,6 +108,15 @@ def table_problems(text, folder):
             yield f"a point of the README is dark: {row}"
 
 
+def study_problems(text, folder):
+    begin = text.index("### Study")
+    told = re.findall(r"`(\w+)`", "".join(line.split("|")[1] for line in text[begin:text.index("### Exit codes")].splitlines()
+                                          if line.startswith("| `")))
+    with open(os.path.join(folder, "plates.csv"), encoding="utf-8") as file:
+        columns = next(csv.reader(file))
+    return [f"`{name}` is not in both" for name in set(told) ^ set(columns)]
+
+
 def python_problems(text, folder):
     try:
         import numpy  # noqa: F401
@@ -133,7 +142,7 @@ def main():
         text = file.read()
     lines = commands(text)
     check("the README has commands for every verb",
-          [f"none for {verb}" for verb in ("solve", "render", "probe", "reference") if not any(f" {verb} " in x for x in lines)])
+          [f"none for {verb}" for verb in ("solve", "render", "probe", "reference", "study") if not any(f" {verb} " in x for x in lines)])
     with tempfile.TemporaryDirectory() as folder:
         os.symlink(os.path.join(root, "scenes"), os.path.join(folder, "scenes"))
         os.symlink(os.path.dirname(hprad), os.path.join(folder, "build"))
@@ -148,11 +157,12 @@ def main():
                ["--order {order} --subdivide {subdivide} --feet {feet}".format(**report["settings"])]
                if f"`{words}`: polynomials of degree {report['settings']['order']}" not in " ".join(text.split())])
         check("the keys of a report", report_problems(dict(report_rows(text)), report))
-        for name, begin, end in (("truth.json", "### Reference", "### Exit codes"),
+        for name, begin, end in (("truth.json", "### Reference", "### Study"),
                                  ("room.json", "### View factors", "### Reference")):
             with open(os.path.join(folder, name), encoding="utf-8") as file:
                 check("the keys of " + name,
                       report_problems(dict(section_rows(text, begin, end)), json.load(file)))
+        check("the columns of a study", study_problems(text, folder))
         check("the columns of a probe table, and its points", table_problems(text, folder))
         check("the Python example reads a solution", python_problems(text, folder))
     check("files that the README names are there", missing_files(text, root))

@@ -1,0 +1,162 @@
+#!/usr/bin/env python3
+"""hprad study from outside: test_study_cli.py HPRAD SCENES. The rates that theory foretells on plates with a smooth
+solution, files, resuming, exit codes."""
+import csv
+import json
+import math
+import os
+import sys
+import tempfile
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+from cli_support import Command, SIGNALS, interrupt, problems, write_scene  # noqa: E402
+from tap import check, done  # noqa: E402
+
+BAD_VALUES = {
+    "--orders": ["", "17", "-1", "2:1", "1:x", "2,1", "1,1", "0:17", "1,"],
+    "--subdivide": ["", "11", "1:0", "x"],
+    "--refine": ["", "hpp", "h,,p"],
+    "--method": ["", "jacobi", "hemicube,"],
+    "--direct": ["", "both"],
+    "--truth": ["", "17,0", "3,11"],
+    "--repeats": ["0", "x"],
+    "--hemicube": ["3"],
+}
+
+
+def path_of(command, *parts):
+    return os.path.join(command.folder, *parts)
+
+
+def rows_of(command, name):
+    with open(path_of(command, name), encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def study(command, *arguments, name="s.csv"):
+    result = command("study", *arguments, "-o", name, "--quiet")
+    check(f"hprad study {' '.join(arguments)}", problems(result, 0, (), ""))
+    return rows_of(command, name)
+
+
+def check_rates(command, plates):
+    """The plates' solution is smooth: h converges like h^(p+1), p exponentially."""
+    rows = study(command, plates, "--orders", "0:3", "--subdivide", "1:3", "--direct", "galerkin", "--truth", "16,1")
+    check("a row for every order and subdivision", len(rows) == 12)
+    orders = {(int(r["p"]), int(r["subdivide"])): float(r["order_l2"]) for r in rows if r["order_l2"]}
+    check("the first subdivision has no order", sorted(orders) == [(p, n) for p in range(4) for n in (2, 3)])
+    wrong = [f"p = {p}: {orders[p, 3]:.3f}" for p in range(4) if abs(orders[p, 3] - (p + 1)) > .1]
+    check("h: the error falls like h^(p+1), exponent within 0.1", wrong)
+    for key, most in (("error_l1", 1.1), ("error_linf", 12), ("error_face_means", 1.1)):
+        wrong = [f"{key} {r[key]}, L2 {r['error_l2']}" for r in rows
+                 if not 0 < float(r[key]) < most * float(r["error_l2"])]
+        check(f"{key} is of the size of the L2 error", wrong)
+    rows = study(command, plates, "--orders", "0:12", "--subdivide", "0,1", "--refine", "p", "--truth", "16,1")
+    check("p alone: one row per order", [int(r["p"]) for r in rows] == list(range(13)))
+    errors = {int(r["p"]): float(r["error_l2"]) for r in rows}
+    wrong = [f"p = {p}: {errors[p]:.2e}, before {errors[p - 2]:.2e}" for p in range(2, 13, 2)
+             if errors[p] > .2 * errors[p - 2]]  # observed .03 to .14
+    check("p: two more degrees, a fifth of the error at most", wrong)
+    check("p: exponential, a tenth on the average", errors[12] < 1e-5 * errors[2])
+    check("p: nine digits at degree 12", errors[12] < 2e-9)  # by symmetry each even degree gains; observed 4e-10
+
+
+def check_methods(command, plates):
+    rows = study(command, plates, "--method", "galerkin,hierarchical,hemicube,raycast,exact", "--orders", "0,1",
+                 "--subdivide", "1,2", "--direct", "exact,galerkin", "--truth", "9,1", "--repeats", "2", "--hemicube", "64",
+                 "--block-tol", "1e-8", "--link-tol", "1e-2")
+    kinds = [(r["method"], r["p"], r["direct"]) for r in rows if r["subdivide"] == "1"]
+    check("orders and direct light vary for galerkin alone",
+          kinds == [("galerkin", "0", "exact"), ("galerkin", "1", "exact"), ("galerkin", "0", "galerkin"),
+                    ("galerkin", "1", "galerkin"), ("hierarchical", "0", "galerkin"), ("hemicube", "0", "galerkin"),
+                    ("raycast", "0", "galerkin"), ("exact", "0", "galerkin")])
+    by = {(r["method"], r["p"], r["direct"], r["subdivide"]): r for r in rows}
+    check("the hemicube evaluates no kernel and casts no ray",
+          all(float(r["rays"]) == float(r["kernel_evaluations"]) == 0 for r in rows if r["method"] == "hemicube"))
+    exact, own = (float(by[key]["error_l2"]) for key in (("exact", "0", "galerkin", "2"), ("galerkin", "0", "galerkin", "2")))
+    check("exact form factors err like degree 0", abs(exact - own) < 1e-4 * own)
+    for row in rows:
+        least, middle, most = (float(row[k]) for k in ("cpu_seconds_least", "cpu_seconds", "cpu_seconds_most"))
+        stages = sum(float(row[k]) for k in row if k.endswith("_cpu_seconds"))
+        if not (0 < least <= middle <= most and stages <= 1.1 * most + .01 and float(row["peak_memory_bytes"]) > 1e6):
+            check(f"times and memory of {row['method']} make sense", [str(row)])
+    fine = [float(by["galerkin", p, d, "2"]["error_l2"]) for p, d in (("0", "exact"), ("0", "galerkin"))]
+    check("direct light evaluated at points is more exact", fine[0] < fine[1])
+
+
+def check_files(command, plates):
+    options = (plates, "--subdivide", "0,1", "--truth", "8,1", "--points", "points.csv")
+    whole = study(command, *options, "--orders", "0:2", "--json", "s.json")
+    with open(path_of(command, "s.json"), encoding="utf-8") as file:
+        told = json.load(file)
+    check("JSON says what ran and with what it was compared",
+          told["scene"] == "parallel_plates.gltf" and told["truth"] == "order 8 subdivide 1 feet 2 grade 0"
+          and "version" in told["hprad"])
+    wrong = [f"{key}: {item[key]} and {row[key]}" for item, row in zip(told["rows"], whole) for key in item
+             if str(item[key]) != row[key] and (item[key] is not None or row[key]) and float(row[key] or "nan") != item[key]]
+    check("JSON and CSV say the same", wrong + ([] if len(told["rows"]) == len(whole) == 6 else ["other rows"]))
+    check("errors at points are of the size of the others",
+          all(0 < float(r["error_points"]) <= 20 * float(r["error_l2"]) for r in whole))
+    result = command("solve", plates, "--order", "8", "--subdivide", "1", "--feet", "2", "-o", "truth.glb", "--quiet")
+    check("a solution to compare with", problems(result, 0))
+    stored = study(command, plates, "--subdivide", "0,1", "--orders", "0:2", "--truth", "truth.glb", name="t.csv")
+    wrong = [f"{a['error_l2']} {b['error_l2']}" for a, b in zip(whole, stored)
+             if not math.isclose(float(a["error_l2"]), float(b["error_l2"]), rel_tol=1e-9)]
+    check("compared with a stored solution: the same errors", wrong)
+    check("which was it", {r["truth"] for r in stored} == {"truth.glb"} and not stored[0]["error_points"])
+    graded = study(command, plates, "--refine", "h,hp", "--orders", "1", "--subdivide", "0", "--truth", "8,1", name="g.csv")
+    check("hp: order 1 with one level of grading", [(r["refine"], r["grade"]) for r in graded] == [("uniform", "0"), ("graded", "1")])
+
+
+def check_resume(command, plates):
+    options = (plates, "--subdivide", "0,1", "--truth", "6,1")
+    first = study(command, *options, "--orders", "0:1", name="r.csv")
+    again = study(command, *options, "--orders", "0:2", "--resume", name="r.csv")
+    check("--resume takes over what is there, bit for bit, and adds the rest", again[:4] == first and len(again) == 6)
+    other = study(command, *options, "--orders", "0:1", "--resume", "--block-tol", "1e-3", name="r.csv")
+    check("but not what was made with other settings", all(a["options"] != b["options"] for a, b in zip(other, first)))
+    with open(path_of(command, "r.csv"), "w", encoding="utf-8") as file:
+        file.write("a,b\n1,2\n")
+    check("nor what it does not know", len(study(command, *options, "--orders", "0", "--resume", name="r.csv")) == 2)
+    before = command.listing()
+    number, code = SIGNALS["SIGINT"]
+    got, text = interrupt(command, number, ("study", "long.gltf", "--orders", "4", "--subdivide", "2", "-o", "i.csv"), "assembly")
+    check("interrupted: exit code 130, nothing half-written",
+          [*([] if got == code else [f"exit code {got}: {text}"]), *(f for f in command.listing() if f not in before)])
+
+
+def check_usage(command):
+    before = command.listing()
+    for option, values in BAD_VALUES.items():
+        wrong = []
+        for value in values:
+            wrong += problems(command("study", "one.gltf", option, value), 2, [option], "")
+        check(f"{option} refuses {len(values)} bad values", wrong)
+    for arguments, code, texts in (((), 2, ["one scene"]),
+                                   (("one.gltf", "--order", "1"), 2, ["--order", "unknown option"]),
+                                   (("none.gltf",), 3, ["none.gltf"]),
+                                   (("one.gltf", "-o", "one.gltf"), 2, ["input"]),
+                                   (("one.gltf", "-o", "no/x.csv"), 1, ["'no/x.csv'"]),
+                                   (("one.gltf", "--truth", "one.gltf"), 3, ["one.gltf"]),
+                                   (("one.gltf", "--truth", "truth.glb", "--orders", "0", "-o", "x.csv"), 3, ["not of this scene"])):
+        check(f"hprad study {' '.join(arguments)}", problems(command("study", *arguments), code, texts, ""))
+    check("what is refused writes nothing", command.listing() == before)
+
+
+def main():
+    with tempfile.TemporaryDirectory() as folder:
+        command = Command(sys.argv[1], folder)
+        plates = os.path.join(os.path.abspath(sys.argv[2]), "parallel_plates.gltf")
+        write_scene(path_of(command, "one.gltf"))
+        write_scene(path_of(command, "long.gltf"), plates=160)
+        with open(path_of(command, "points.csv"), "w", encoding="utf-8") as file:
+            file.write("x,y,z,nx,ny,nz\n0.5,0.5,0,0,0,1\n0.25,0.25,1,0,0,-1\n9,9,9,0,0,1\n")
+        check_rates(command, plates)
+        check_methods(command, plates)
+        check_files(command, plates)
+        check_resume(command, plates)
+        check_usage(command)
+    return done()
+
+
+sys.exit(main())

@@ -7,9 +7,39 @@
 extern "C" {
 #endif
 
+/**
+ * What a picture can hold besides radiance. The first five are means over the pixel like the radiance, per
+ * channel, and 0 where no surface is: so they are premultiplied by coverage, and where a pixel shows one
+ * surface, radiance = emission + albedo * irradiance / pi and irradiance = direct + indirect. The others are
+ * of the one point that is seen through the pixel's centre: they would mean nothing if they were averaged.
+ */
+typedef enum hpr_layer {
+    HPR_LAYER_IRRADIANCE, /**< H, W/m² */
+    HPR_LAYER_DIRECT,     /**< its part straight from lamps and from outside, W/m² */
+    HPR_LAYER_INDIRECT,   /**< the rest, W/m² */
+    HPR_LAYER_EMISSION,   /**< emitted radiance M / pi, W/m²/sr */
+    HPR_LAYER_ALBEDO,     /**< reflectance */
+    HPR_LAYER_NORMAL,     /**< x, y, z of length 1, of the side that is seen, world; 0 0 0 without surface */
+    HPR_LAYER_POSITION,   /**< x, y, z in metres, world; 0 0 0 without surface */
+    HPR_LAYER_DEPTH,      /**< metres along the camera's axis; infinite without surface */
+    HPR_LAYER_DEGREE,     /**< degree of the polynomials on the element; 0 without surface */
+    HPR_LAYER_PATCH,      /**< number of the patch, as in the solution; HPR_NONE without surface */
+    HPR_LAYER_ELEMENT,    /**< number of the leaf element, as in the solution; HPR_NONE without surface */
+    HPR_LAYER_COUNT
+} hpr_layer;
+
+/**
+ * Reads "irradiance,N,patchId": names of layers as EXR has them (irradiance, direct, indirect, emission,
+ * albedo, N, P, Z, degree, patchId, elementId) with commas between; *layers receives the set, bit
+ * 1 << hpr_layer for each. Errors: HPR_ERR_ARG, naming what is no layer.
+ */
+HPR_API hpr_status hpr_layers_parse(hpr_context *context, const char *text, uint32_t *layers);
+
 /** A picture of radiance in single precision, row 0 at the top. */
 typedef struct hpr_image {
     int width, height;
+    int left, top;               /**< where its first pixel lies in the whole picture */
+    int full_width, full_height; /**< of the whole picture of which this is a window; 0: it is the whole */
     size_t channel_count;
     float *radiance; /**< [height][width][channels], W/m²/sr: the pixel's mean. What surfaces send is thereby
                           premultiplied by coverage; (1 - coverage) times the environment is added */
@@ -18,14 +48,38 @@ typedef struct hpr_image {
                         standard error, (W/m²/sr)²; NULL if it is none */
     int environment; /**< 1: light from outside shows where no surface does, so that the picture has no holes
                       */
+    float *layer[HPR_LAYER_PATCH]; /**< [height][width][components] of each layer before PATCH, NULL: none.
+                                        Components: the channels of light and reflectance, 3 of NORMAL and
+                                        POSITION, else 1 */
+    uint32_t *patch, *element;     /**< [height][width], NULL: none */
 } hpr_image;
 
+/** The film: how large a picture is, and how many rays make a pixel. */
 typedef struct hpr_render_options {
     int width, height; /**< pixels; 0: 512 high, width from the camera's aspect */
-    int samples;       /**< per pixel, stratified; box filter */
+    int samples;       /**< per pixel, stratified */
 } hpr_render_options;
 
 HPR_API void hpr_render_options_init(hpr_render_options *options);
+
+/** Weight of the radiance around a pixel's centre, separable in x and y. */
+typedef enum hpr_filter {
+    HPR_FILTER_BOX,     /**< constant */
+    HPR_FILTER_GAUSSIAN /**< exp(-x² / (2 s²)), cut off at three s: s = width / 6 */
+} hpr_filter;
+
+/** What of the picture is made, and of what. */
+typedef struct hpr_view_options {
+    int crop[4]; /**< x0, y0, x1, y1: columns x0 <= x < x1 and rows y0 <= y < y1 of the picture; x1 = y1 = 0:
+                      all of it. Its pixels are those of the whole picture, bit for bit */
+    hpr_filter filter;
+    double filter_width; /**< of the filter's whole support in pixels, up to 16; 0: 1 for the box, 3 for the
+                              Gaussian */
+    uint32_t layers;     /**< 1 << hpr_layer for each layer that is wanted */
+} hpr_view_options;
+
+/** The whole picture, box filter of one pixel, no layers. */
+HPR_API void hpr_view_options_init(hpr_view_options *view);
 
 /**
  * Renders one camera of a solution: primary rays, then the polynomials of the patch that is hit. Bitwise the
@@ -34,6 +88,17 @@ HPR_API void hpr_render_options_init(hpr_render_options *options);
  */
 HPR_API hpr_status hpr_solution_render(hpr_context *context, const hpr_solution *solution, size_t camera,
                                        const hpr_render_options *options, hpr_image *image);
+
+/**
+ * The same with a view of its own; `options` and `view` may be NULL. Samples are placed by the filter
+ * (importance sampling of its weight), so that all count the same and every pixel stands for itself.
+ * Errors: also HPR_ERR_ARG if the crop window is not within the picture, HPR_ERR_UNSUPPORTED if DIRECT or
+ * INDIRECT is wanted of a solution that does not keep them apart (direct light through the basis).
+ * Source: Ernst, Stamminger & Greiner 2006 (filter importance sampling).
+ */
+HPR_API hpr_status hpr_solution_view(hpr_context *context, const hpr_solution *solution, size_t camera,
+                                     const hpr_render_options *options, const hpr_view_options *view,
+                                     hpr_image *image);
 
 /** Frees the pixels; accepts a zeroed image. */
 HPR_API void hpr_image_fini(hpr_context *context, hpr_image *image);

@@ -103,19 +103,33 @@ HPR_API hpr_status hpr_solution_view(hpr_context *context, const hpr_solution *s
 /** Frees the pixels; accepts a zeroed image. */
 HPR_API void hpr_image_fini(hpr_context *context, hpr_image *image);
 
-/** What an EXR says of itself besides its pixels. Any text may be NULL. */
+/** What an EXR says of itself besides its pixels, and how it keeps them. Any text may be NULL. */
 typedef struct hpr_image_labels {
     const char *const *channel_name; /**< [channels] */
     const char *scene, *camera;
+    int half;  /**< 1: 16-bit numbers, but for variance, P, Z and the numbers of patches and elements */
+    int tiled; /**< 1: tiles of 64 x 64; 0: scanlines */
 } hpr_image_labels;
 
 /**
- * Writes a single-part scanline EXR: the channels and A, and if the image has them the variances as the layer
- * `variance` (variance.R, variance.G, variance.B); all float, ZIP. Temporary file, renamed. Errors:
- * HPR_ERR_ARG (channels without name or with one name), HPR_ERR_IO, HPR_ERR_MEMORY, HPR_ERR_INTERRUPTED.
+ * Writes a single-part EXR, ZIP: the channels and A, and if the image has them the variances as the layer
+ * `variance` (variance.R, variance.G, variance.B) and every layer of hpr_layer, lights and reflectances as
+ * irradiance.R ..., vectors as N.X ...; 32-bit numbers. A window of a larger picture keeps its place in that:
+ * it is the data window, the whole is the display window. Temporary file, renamed. A value beyond 65504 is
+ * infinite in half and warned about. Errors: HPR_ERR_ARG (channels without name or with one name),
+ * HPR_ERR_IO, HPR_ERR_MEMORY, HPR_ERR_INTERRUPTED.
  */
 HPR_API hpr_status hpr_image_write_exr(hpr_context *context, const hpr_image *image,
                                        const hpr_image_labels *labels, const char *path);
+
+/**
+ * Reads the radiance of the first part of an EXR, any size of numbers, scanlines or tiles (the largest
+ * level): of channel_count channels of these names. coverage is A, or 1 where there is none. `image` may be
+ * uninitialised; fini it with hpr_image_fini in any case. Errors: HPR_ERR_IO, HPR_ERR_FORMAT (no OpenEXR, or
+ * a channel is missing or subsampled), HPR_ERR_UNSUPPORTED (deep data), HPR_ERR_MEMORY.
+ */
+HPR_API hpr_status hpr_image_read_exr(hpr_context *context, const char *path, size_t channel_count,
+                                      const char *const *channel_name, hpr_image *image);
 
 /**
  * Writes an 8-bit sRGB preview: radiance times `exposure`, clamped to 0 .. 1; with alpha where the picture

@@ -28,12 +28,11 @@ typedef enum hpr_layer {
     HPR_LAYER_COUNT
 } hpr_layer;
 
-/**
- * Reads "irradiance,N,patchId": names of layers as EXR has them (irradiance, direct, indirect, emission,
- * albedo, N, P, Z, degree, patchId, elementId) with commas between; *layers receives the set, bit
- * 1 << hpr_layer for each. Errors: HPR_ERR_ARG, naming what is no layer.
- */
-HPR_API hpr_status hpr_layers_parse(hpr_context *context, const char *text, uint32_t *layers);
+/** Name of a layer as EXR has it: irradiance, direct, indirect, emission, albedo, N, P, Z, degree, patchId,
+ *  elementId. Static text. */
+HPR_API const char *hpr_layer_name(hpr_layer layer);
+/** The layer of this name, which has `length` characters; HPR_LAYER_COUNT if there is none. */
+HPR_API hpr_layer hpr_layer_find(const char *name, size_t length);
 
 /** A picture of radiance in single precision, row 0 at the top. */
 typedef struct hpr_image {
@@ -138,6 +137,16 @@ HPR_API hpr_status hpr_image_read_exr(hpr_context *context, const char *path, si
  */
 HPR_API hpr_status hpr_image_write_png(hpr_context *context, const hpr_image *image, double exposure,
                                        const char *path, double *used);
+
+/**
+ * Writes the layer IRRADIANCE as an 8-bit PNG in colours (viridis: dark blue, green, yellow), with a legend
+ * on the right: from 0 to `top` W/m², of three channels the luminance 0.2126 R + 0.7152 G + 0.0722 B, of
+ * others the mean. What is above has the top colour, what shows no surface is grey. top 0: the next of 1, 2,
+ * 5, 10 ... that is at least 99 % of the pixels' values; the value used is returned through `used` (may be
+ * NULL). Errors: HPR_ERR_ARG (no such layer), HPR_ERR_IO, HPR_ERR_MEMORY, HPR_ERR_INTERRUPTED.
+ */
+HPR_API hpr_status hpr_image_write_false_colour(hpr_context *context, const hpr_image *image, double top,
+                                                const char *path, double *used);
 
 #ifdef __cplusplus
 }

@@ -154,3 +154,16 @@ hpr_status hpr_outputs_claim(hpr_outputs *outputs, const char *path)
     outputs->path[outputs->count++] = copy;
     return HPR_OK;
 }
+
+hpr_status hpr_outputs_spare(const hpr_outputs *outputs, const char *path)
+{
+    struct stat info;
+    if (stat(path, &info) != 0)
+        return HPR_OK;
+    for (size_t i = 0; i < outputs->count; i++) {
+        if (same_file(outputs->path[i], &info))
+            return hpr_fail(outputs->context, HPR_ERR_ARG, "output '%s' would overwrite '%s', which is read",
+                            outputs->path[i], path);
+    }
+    return HPR_OK;
+}

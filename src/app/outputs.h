@@ -30,4 +30,7 @@ void hpr_outputs_input(hpr_outputs *outputs, const char *path);
  */
 hpr_status hpr_outputs_claim(hpr_outputs *outputs, const char *path);
 
+/* Makes sure that a file which is read only later is none of the claimed ones. Errors: HPR_ERR_ARG. */
+hpr_status hpr_outputs_spare(const hpr_outputs *outputs, const char *path);
+
 #endif

@@ -111,7 +111,7 @@ bool cli_take_environment(const char *text, cli_environment *environment);
 extern volatile sig_atomic_t cli_signal;
 void cli_catch_signals(void);
 
-/* Groups of options that several verbs have (options.c). Their ids do not overlap. */
+/* Groups of options that several verbs have (options.c, render_options.c). Their ids do not overlap. */
 extern const struct poptOption cli_solve_options[];
 extern const struct poptOption cli_render_options[];
 extern const struct poptOption cli_common_options[];
@@ -160,6 +160,18 @@ enum {
     CLI_OPTION_SAMPLES,
     CLI_OPTION_PREVIEW,
     CLI_OPTION_EXPOSURE,
+    CLI_OPTION_CAMERA_FILE,
+    CLI_OPTION_ORBIT,
+    CLI_OPTION_ORBIT_CENTRE,
+    CLI_OPTION_FRAMES,
+    CLI_OPTION_CROP,
+    CLI_OPTION_FILTER,
+    CLI_OPTION_FILTER_WIDTH,
+    CLI_OPTION_LAYERS,
+    CLI_OPTION_HALF,
+    CLI_OPTION_TILED,
+    CLI_OPTION_FALSE_COLOUR,
+    CLI_OPTION_COMPARE,
     CLI_OPTION_OWN
 };
 

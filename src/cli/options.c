@@ -9,7 +9,7 @@
 #include <string.h>
 
 /* As the renderer has them; refused here before the solve and not after it. */
-enum { MAX_PIXELS_PER_SIDE = 32768, MAX_SAMPLES = 4096 };
+enum { MAX_PIXELS_PER_SIDE = 32768 };
 
 const struct poptOption cli_solve_options[] = {
     {"order", 0, POPT_ARG_STRING, NULL, CLI_OPTION_ORDER, "polynomial degree of every element, 0 to 16", "P"},
@@ -50,17 +50,6 @@ const struct poptOption cli_solve_options[] = {
      "which scene of the file, from 0 (default: the file's choice)", "N"},
     {"report", 0, POPT_ARG_STRING, NULL, CLI_OPTION_REPORT, "write what was done and what it cost as JSON",
      "R.json"},
-    POPT_TABLEEND};
-
-const struct poptOption cli_render_options[] = {
-    {"camera", 0, POPT_ARG_STRING, NULL, CLI_OPTION_CAMERA,
-     "one camera, by name or index, or all of them (default all)", "NAME|all"},
-    {"size", 0, POPT_ARG_STRING, NULL, CLI_OPTION_SIZE, "pixels (default: 512 high, width from the camera)",
-     "WxH"},
-    {"samples", 0, POPT_ARG_STRING, NULL, CLI_OPTION_SAMPLES, "rays per pixel (default 4)", "N"},
-    {"png", 0, POPT_ARG_NONE, NULL, CLI_OPTION_PREVIEW, "write an 8-bit preview beside each EXR", NULL},
-    {"exposure", 0, POPT_ARG_STRING, NULL, CLI_OPTION_EXPOSURE,
-     "factor on the radiance in previews (default: chosen for each, and stated)", "X"},
     POPT_TABLEEND};
 
 const struct poptOption cli_common_options[] = {
@@ -229,36 +218,6 @@ int cli_take_solve_option(cli_solve_settings *settings, int id, const char *valu
     default:
         return -1;
     }
-}
-
-int cli_take_render_option(hpr_job_render_options *settings, int id, const char *value)
-{
-    hpr_render_options *render = &settings->render;
-    switch (id) {
-    case CLI_OPTION_CAMERA:
-        settings->camera = value;
-        return true;
-    case CLI_OPTION_SIZE:
-        return cli_size("--size", value, &render->width, &render->height);
-    case CLI_OPTION_SAMPLES:
-        return cli_integer("--samples", value, 1, MAX_SAMPLES, &render->samples);
-    case CLI_OPTION_PREVIEW:
-        settings->preview = 1;
-        return true;
-    case CLI_OPTION_EXPOSURE:
-        return cli_positive("--exposure", value, INFINITY, false, &settings->exposure);
-    default:
-        return -1;
-    }
-}
-
-bool cli_check_render_options(const hpr_job_render_options *settings)
-{
-    if (settings->exposure > 0 && !settings->preview) {
-        cli_complain("--exposure '%g' is for previews only: add --png", settings->exposure);
-        return false;
-    }
-    return true;
 }
 
 static bool take_isa(cli_run *run, const char *text)

@@ -103,10 +103,9 @@ int cli_picture(int argc, const char **argv)
         chosen.render.events = cli_events(&run);
         chosen.render.environment_count = chosen.solve.environment.count;
         chosen.render.environment = chosen.solve.environment.radiance;
-        hpr_job_picture_options job = {.report_path = chosen.solve.report_path,
-                                       .read = chosen.solve.read,
-                                       .solve = chosen.solve.solve,
-                                       .pictures = chosen.render};
+        chosen.render.report_path = chosen.solve.report_path;
+        hpr_job_picture_options job = {
+            .read = chosen.solve.read, .solve = chosen.solve.solve, .pictures = chosen.render};
         hpr_job_result result;
         hpr_status status = hpr_job_picture(run.context, run.operand[0], &job, &result);
         code = cli_conclude(&run, status, result.step);

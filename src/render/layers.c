@@ -33,26 +33,11 @@ size_t hpr_layer_components(hpr_layer layer, size_t channel_count)
     return layer == HPR_LAYER_NORMAL || layer == HPR_LAYER_POSITION ? 3 : 1;
 }
 
-hpr_status hpr_layers_parse(hpr_context *ctx, const char *text, uint32_t *layers)
+hpr_layer hpr_layer_find(const char *name, size_t length)
 {
-    uint32_t found = 0;
-    for (const char *at = text;; at++) {
-        size_t length = strcspn(at, ",");
-        int layer = 0;
-        while (layer < HPR_LAYER_COUNT &&
-               (strlen(names[layer]) != length || strncmp(names[layer], at, length) != 0))
-            layer++;
-        if (layer == HPR_LAYER_COUNT)
-            return hpr_fail(
-                ctx, HPR_ERR_ARG,
-                "'%.*s' is no layer: known are irradiance, direct, indirect, emission, albedo, N, P, "
-                "Z, degree, patchId and elementId",
-                (int)length, at);
-        found |= UINT32_C(1) << layer;
-        at += length;
-        if (!*at)
-            break;
-    }
-    *layers = found;
-    return HPR_OK;
+    int layer = 0;
+    while (layer < HPR_LAYER_COUNT &&
+           (strlen(names[layer]) != length || strncmp(names[layer], name, length) != 0))
+        layer++;
+    return (hpr_layer)layer;
 }

@@ -6,9 +6,6 @@
 
 #include <hprad/render.h>
 
-/* As EXR has it: "irradiance", "N", "patchId". Static text. */
-const char *hpr_layer_name(hpr_layer layer);
-
 /* Numbers per pixel, for a picture of so many channels. */
 size_t hpr_layer_components(hpr_layer layer, size_t channel_count);
 

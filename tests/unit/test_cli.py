@@ -20,10 +20,12 @@ COMMON = ["--threads", "--isa", "--quiet", "--verbose", "--version", "--help"]
 SOLVE = ["--order", "--subdivide", "--tol", "--environment", "--grade", "--link-tol", "--block-tol",
          "--solver", "--max-sweeps", "--max-reflectance", "--metallic",
          "--scene-index", "--report"]
-RENDER = ["--camera", "--size", "--samples", "--png", "--exposure"]
-OPTIONS = {"": SOLVE + RENDER, "solve": SOLVE, "render": [*RENDER, "--environment"], "probe": [],
+FILM = ["--camera", "--size", "--samples", "--png", "--exposure"]
+RENDER = [*FILM, "--camera-file", "--orbit", "--orbit-centre", "--frames", "--crop", "--filter", "--filter-width",
+          "--aov", "--half", "--tiled", "--false-colour", "--compare"]
+OPTIONS = {"": SOLVE + RENDER, "solve": SOLVE, "render": [*RENDER, "--environment", "--report"], "probe": [],
            "formfactors": ["--tol", "--order", "--use-eps", "--scene-index"],
-           "reference": RENDER + ["--seed", "--environment", "--max-reflectance", "--metallic", "--scene-index", "--report"]}
+           "reference": FILM + ["--seed", "--environment", "--max-reflectance", "--metallic", "--scene-index", "--report"]}
 
 # arguments after `hprad`: texts that the message must hold
 WRONG_USAGE = [
@@ -60,6 +62,15 @@ WRONG_USAGE = [
     (("solve", "one.gltf", "-o", "x", "--report", "x"), ["'x'", "two outputs"]),
     (("solve", "one.gltf", "--scene-index", "7"), ["one.gltf", "scene 7"]),
     (("one.gltf", "--exposure", "2"), ["--exposure", "--png"]),
+    (("one.gltf", "--orbit-centre", "0,1,2"), ["--orbit-centre", "--orbit"]),
+    (("render", "two.gltf", "--orbit", "3"), ["2 with --camera", "a_b"]),
+    (("render", "one.gltf", "-o", "x.exr", "--orbit", "3"), ["'x.exr'", "3 pictures", "{frame:04}"]),
+    (("render", "one.gltf", "--orbit", "3", "--frames", "2-3"), ["2 to 3", "0 to 2"]),
+    (("render", "one.glb", "--frames", "1"), ["1 to 1", "0 to 0"]),
+    (("render", "one.glb", "--size", "16x12", "--crop", "0,0,17,12"), ["0,0 to 17,12", "16 x 12"]),
+    (("render", "one.glb", "-o", "x.exr", "--compare", "{x}.exr"), ["{x}", "{camera}"]),
+    (("render", "one.glb", "-o", "points.csv", "--compare", "points.csv"), ["'points.csv'", "is read"]),
+    (("render", "one.glb", "-o", "one.gltf", "--camera-file", "one.gltf"), ["'one.gltf'", "input"]),
     (("solve", "one.gltf", "-o", "one.gltf"), ["'one.gltf'", "input"]),
     (("solve", "one.gltf", "-o", "link.gltf"), ["'link.gltf'", "input"]),
     (("solve", "one.gltf", "--report", "./one.gltf"), ["'./one.gltf'", "input"]),
@@ -87,6 +98,16 @@ BAD_VALUES = {
     "--size": ["640", "640x", "x480", "0x480", "640x480x3", "640X480", "-640x480", "99999x1", ""],
     "--samples": ["0", "-4", "4.5"],
     "--exposure": ["0", "-1", "inf", "bright"],
+    "--camera-file": [""],
+    "--orbit": ["0", "-3", "x", "1000001"],
+    "--orbit-centre": ["", "1,2", "1,2,3,4", "1,2,x", "1;2;3", "nan,0,0", "1e999,0,0"],
+    "--frames": ["", "x", "-1", "3-2", "1-2-3", "1,2", "1-", "99999999999999999"],
+    "--crop": ["", "1,2,3", "0,0,0,1", "0,5,1,5", "-1,0,1,1", "0,0,1,1,1", "0 0 1 1"],
+    "--filter": ["", "mitchell"],
+    "--filter-width": ["0", "17", "-1", "wide"],
+    "--aov": ["", "depth", "N,", "N,,P", "irradiance.R", "n"],
+    "--false-colour": ["", "0", "-2", "viridis"],
+    "--compare": [""],
 }
 
 
@@ -146,6 +167,10 @@ def check_inputs(command):
     cases = [(("missing.gltf",), ["missing.gltf", "No such file"]),
              (("solve", "missing.gltf", "-o", "x.glb"), ["missing.gltf", "No such file"]),
              (("render", "missing.glb", "-o", "x.exr"), ["missing.glb", "No such file"]),
+             (("render", "one.glb", "-o", "x.exr", "--camera-file", "missing.gltf"), ["missing.gltf", "No such file"]),
+             (("render", "one.glb", "-o", "x.exr", "--camera-file", "dark.gltf"), ["dark.gltf", "no camera"]),
+             (("render", "one.glb", "-o", "x.exr", "--compare", "missing.exr"), ["missing.exr", "No such file"]),
+             (("render", "one.glb", "-o", "x.exr", "--compare", "garbage.gltf"), ["garbage.gltf", "OpenEXR"]),
              (("solve", "empty.gltf"), ["empty.gltf"]),
              (("solve", "garbage.gltf"), ["garbage.gltf"]),
              (("solve", "folder.gltf"), ["folder.gltf"]),

@@ -2,6 +2,7 @@
 #ifndef HPRAD_HPRAD_H
 #define HPRAD_HPRAD_H
 
+#include <hprad/batch.h>
 #include <hprad/compare.h>
 #include <hprad/context.h>
 #include <hprad/job.h>

@@ -31,10 +31,11 @@ HPR_API hpr_status hpr_scene_read(hpr_context *context, const char *path, const 
                                   hpr_scene **scene);
 
 /**
- * Reads only the cameras of a glTF file, of its default scene: a scene without faces. Errors: as
- * hpr_scene_read; HPR_ERR_FORMAT also if there is none.
+ * Reads only the cameras of a glTF file, of which there may be none: a scene without faces. Errors: as
+ * hpr_scene_read.
  */
-HPR_API hpr_status hpr_scene_read_cameras(hpr_context *context, const char *path, hpr_scene **scene);
+HPR_API hpr_status hpr_scene_read_cameras(hpr_context *context, const char *path,
+                                          const hpr_read_options *options, hpr_scene **scene);
 
 /**
  * Lets the same radiance L come from all directions outside, W/m²/sr, to be seen by surfaces and cameras; 0

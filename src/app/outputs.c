@@ -131,7 +131,9 @@ hpr_status hpr_outputs_claim(hpr_outputs *outputs, const char *path)
     struct stat info;
     hpr_status status;
     bool replaces = false;
-    if (stat(path, &info) == 0) {
+    if (outputs->names_only) {
+        status = check_new(outputs, path);
+    } else if (stat(path, &info) == 0) {
         status = check_existing(outputs, path, &info);
         replaces = S_ISREG(info.st_mode) && !opened_by_shell(path);
     } else if (errno != ENOENT && errno != ENOTDIR) {

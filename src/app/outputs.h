@@ -12,6 +12,7 @@ typedef struct hpr_outputs {
     hpr_context *context;
     size_t input_count;
     const char *input[HPR_MAX_INPUTS]; /* borrowed */
+    bool names_only;                   /* claims look at no file, only that no name comes twice */
     size_t count, capacity;
     char **path; /* [count] claimed so far, owned */
 } hpr_outputs;

@@ -161,7 +161,9 @@ hpr_status hpr_pictures_plan(hpr_job *job, const hpr_job_render_options *options
     if (options->camera_file) {
         status = hpr_job_enter(job, HPR_JOB_READ);
         if (status == HPR_OK)
-            status = hpr_scene_read_cameras(ctx, options->camera_file, &list->camera_file);
+            status = hpr_scene_read_cameras(ctx, options->camera_file, NULL, &list->camera_file);
+        if (status == HPR_OK && list->camera_file->camera_count == 0)
+            status = hpr_fail(ctx, HPR_ERR_FORMAT, "%s: it has no camera", options->camera_file);
         if (status != HPR_OK)
             return status;
         cameras = list->camera_file->camera_count;

@@ -25,6 +25,7 @@ int cli_render(int argc, const char **argv);
 int cli_probe(int argc, const char **argv);
 int cli_formfactors(int argc, const char **argv);
 int cli_reference(int argc, const char **argv);
+int cli_batch(int argc, const char **argv);
 int cli_picture(int argc, const char **argv); /* the form without verb */
 
 /* The verb of this name, or NULL. */

@@ -15,6 +15,7 @@ static const struct {
     {"probe", "hprad probe", cli_probe},
     {"formfactors", "hprad formfactors", cli_formfactors},
     {"reference", "hprad reference", cli_reference},
+    {"batch", "hprad batch", cli_batch},
 };
 
 enum { VERB_COUNT = sizeof verbs / sizeof *verbs };

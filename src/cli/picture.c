@@ -43,6 +43,7 @@ static const cli_verb verb = {
                 "   or: hprad probe  SOL.glb POINTS.csv [OPTIONS]  irradiance and radiosity at points\n"
                 "   or: hprad formfactors MODEL [OPTIONS]          view factors between surfaces\n"
                 "   or: hprad reference SCENE [OPTIONS]            path tracing: the independent check\n"
+                "   or: hprad batch JOBS.json [OPTIONS]            many scenes, many views, resumable\n"
                 "       hprad VERB --help                          more on a verb",
     .about = "Diffuse global illumination by higher-order radiosity. Without a verb: solves the scene and\n"
              "renders every camera as an OpenEXR picture of radiance.\n"
@@ -64,14 +65,16 @@ static bool check_verb(int argc, const char **argv)
 {
     const char *word = argc > 1 ? argv[1] : NULL;
     if (!word) {
-        cli_complain("no input: expected a scene or a verb (solve, render, probe, formfactors, reference); "
-                     "see 'hprad --help'");
+        cli_complain(
+            "no input: expected a scene or a verb (solve, render, probe, formfactors, reference, batch); "
+            "see 'hprad --help'");
         return false;
     }
     if (word[0] && word[0] != '-' && !strpbrk(word, "./") && access(word, F_OK) != 0 && errno == ENOENT) {
-        cli_complain("'%s' is neither a verb (solve, render, probe, formfactors, reference) nor a file; see "
-                     "'hprad --help'",
-                     word);
+        cli_complain(
+            "'%s' is neither a verb (solve, render, probe, formfactors, reference, batch) nor a file; see "
+            "'hprad --help'",
+            word);
         return false;
     }
     for (int i = 1; i < argc; i++) {

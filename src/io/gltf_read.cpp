@@ -22,8 +22,6 @@ void read_scene(hpr_context *ctx, const char *path, const hpr_read_options &opti
     std::vector<gltf::placed_node> nodes = gltf::place_nodes(doc, options);
     if (wanted == part::cameras) {
         gltf::add_cameras(doc, nodes, scene);
-        if (scene->camera_count == 0)
-            gltf::fail(doc, HPR_ERR_FORMAT, "it has no camera");
         return;
     }
     gltf::texture_set textures(doc);
@@ -88,7 +86,8 @@ extern "C" hpr_status hpr_scene_read(hpr_context *ctx, const char *path, const h
     return read(ctx, path, options, part::all, out);
 }
 
-extern "C" hpr_status hpr_scene_read_cameras(hpr_context *ctx, const char *path, hpr_scene **out)
+extern "C" hpr_status hpr_scene_read_cameras(hpr_context *ctx, const char *path,
+                                             const hpr_read_options *options, hpr_scene **out)
 {
-    return read(ctx, path, nullptr, part::cameras, out);
+    return read(ctx, path, options, part::cameras, out);
 }

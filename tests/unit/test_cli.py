@@ -23,15 +23,16 @@ SOLVE = ["--order", "--subdivide", "--tol", "--environment", "--grade", "--link-
 FILM = ["--camera", "--size", "--samples", "--png", "--exposure"]
 RENDER = [*FILM, "--camera-file", "--orbit", "--orbit-centre", "--frames", "--crop", "--filter", "--filter-width",
           "--aov", "--half", "--tiled", "--false-colour", "--compare"]
-OPTIONS = {"": SOLVE + RENDER, "solve": SOLVE, "render": [*RENDER, "--environment", "--report"], "probe": [],
+OPTIONS = {"": SOLVE + RENDER, "solve": SOLVE, "render": [*RENDER, "--environment", "--report"], "probe": [], "batch": ["--jobs", "--memory", "--shard", "--dry-run"],
            "formfactors": ["--tol", "--order", "--use-eps", "--scene-index"],
            "reference": FILM + ["--seed", "--environment", "--max-reflectance", "--metallic", "--scene-index", "--report"]}
 
 # arguments after `hprad`: texts that the message must hold
 WRONG_USAGE = [
-    ((), ["solve, render, probe, formfactors, reference", "--help"]),
+    ((), ["solve, render, probe, formfactors, reference, batch", "--help"]),
     (("study", "one.gltf"), ["'study'", "verb", "file"]),
-    (("batch",), ["'batch'", "verb", "file"]),
+    (("plan",), ["'plan'", "verb", "file"]),
+    (("batch",), ["no input", "one batch file"]),
     (("formfactors",), ["no input", "one model"]),
     (("--quiet", "solve", "one.gltf"), ["verb comes first", "solve"]),
     (("solve",), ["one scene"]),

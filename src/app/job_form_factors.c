@@ -11,7 +11,6 @@
 #include <math.h>
 #include <string.h>
 #include <strings.h>
-#include <unistd.h>
 
 static const double default_tolerance = 1e-9;
 
@@ -155,7 +154,7 @@ static double block_count(const work *w)
 static hpr_status check_memory(work *w)
 {
     size_t n = w->rows->count;
-    double machine = (double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGE_SIZE);
+    double machine = hpr_machine_bytes();
     double needed = 0;
     if (w->options->order >= 0)
         needed = block_count(w) * sizeof(double);

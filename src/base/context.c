@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
+#include <unistd.h>
 
 /* A mistyped thread count must not make OpenMP abort; cpu_set_t has no more processors either. */
 enum { MESSAGE_BYTES = 1024, MAX_THREADS = CPU_SETSIZE };
@@ -283,6 +284,11 @@ hpr_status hpr_grow(hpr_context *ctx, void *pointer, size_t *capacity, size_t ne
     memcpy(pointer, &grown, sizeof grown);
     *capacity = grown_capacity;
     return HPR_OK;
+}
+
+double hpr_machine_bytes(void)
+{
+    return (double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGE_SIZE);
 }
 
 char *hpr_duplicate_text(hpr_context *ctx, const char *text)

@@ -56,6 +56,8 @@ hpr_status hpr_allocate_into(hpr_context *ctx, void *pointer, size_t count, size
 void hpr_release(hpr_context *ctx, void *memory);
 /* Grows *pointer (zeroed tail) so that it holds `needed` items; *capacity is kept in items. */
 hpr_status hpr_grow(hpr_context *ctx, void *pointer, size_t *capacity, size_t needed, size_t size);
+/* Bytes of memory of this machine. */
+double hpr_machine_bytes(void);
 char *hpr_duplicate_text(hpr_context *ctx, const char *text);
 
 bool hpr_cancelled(const hpr_context *ctx);

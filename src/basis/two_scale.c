@@ -105,71 +105,61 @@ void hpr_two_scale_destroy(hpr_two_scale **out)
     *out = NULL;
 }
 
-/* Along the halved axis the functions are `stride` apart, across it `across`. */
+/* Functions of the whole and of the half: `along` the halved axis, and their distances in memory along it and
+ * across. */
 typedef struct layout {
-    int whole_count, half_count, both; /* functions along an axis; those that both have */
-    int whole_stride, half_stride, whole_across, half_across;
+    int along, stride, across;
 } layout;
 
-static layout tensor_layout(const hpr_half *half)
+static layout tensor_layout(int axis, int degree)
 {
-    int w = half->whole_degree + 1, h = half->half_degree + 1;
-    bool first = half->axis == 0;
-    return (layout){w, h, w < h ? w : h, first ? w : 1, first ? h : 1, first ? 1 : w, first ? 1 : h};
+    int n = degree + 1;
+    return axis == 0 ? (layout){n, n, 1} : (layout){n, 1, n};
 }
 
-static void pull_tensor(const hpr_two_scale *tables, const hpr_half *half, const double *from, double *whole)
+/* to += M from, M the matrix from whole to half or, with `up`, its transpose. */
+static void apply_tensor(const hpr_two_scale *tables, const hpr_half *half, bool up, const double *from,
+                         double *to)
 {
-    layout l = tensor_layout(half);
-    for (int n = 0; n < l.whole_count; n++) {
+    layout w = tensor_layout(half->axis, half->whole_degree),
+           h = tensor_layout(half->axis, half->half_degree);
+    layout source = up ? h : w, target = up ? w : h;
+    int both = w.along < h.along ? w.along : h.along;
+    for (int n = 0; n < w.along; n++) {
         const double *row = tables->line[half->which][n];
-        for (int m = 0; m <= n && m < l.half_count; m++) {
-            for (int b = 0; b < l.both; b++)
-                whole[n * l.whole_stride + b * l.whole_across] +=
-                    row[m] * from[m * l.half_stride + b * l.half_across];
+        for (int m = 0; m <= n && m < h.along; m++) {
+            const double *x = from + (up ? m : n) * source.stride;
+            double *y = to + (up ? n : m) * target.stride;
+            for (int b = 0; b < both; b++)
+                y[b * target.across] += row[m] * x[b * source.across];
         }
     }
 }
 
-static void push_tensor(const hpr_two_scale *tables, const hpr_half *half, const double *from, double *to)
+static void apply_triangle(const hpr_two_scale *tables, const hpr_half *half, bool up, const double *from,
+                           double *to)
 {
-    layout l = tensor_layout(half);
-    for (int n = 0; n < l.whole_count; n++) {
-        const double *row = tables->line[half->which][n];
-        for (int m = 0; m <= n && m < l.half_count; m++) {
-            for (int b = 0; b < l.both; b++)
-                to[m * l.half_stride + b * l.half_across] +=
-                    row[m] * from[n * l.whole_stride + b * l.whole_across];
-        }
+    size_t n = tables->triangle_count, rows = hpr_basis_count(half->shape, half->whole_degree),
+           columns = hpr_basis_count(half->shape, half->half_degree);
+    for (size_t k = 0; k < rows; k++) {
+        const double *row = tables->triangle + ((size_t)half->which * n + k) * n;
+        for (size_t l = 0; l < columns; l++)
+            to[up ? k : l] += row[l] * from[up ? l : k];
     }
 }
 
 void hpr_two_scale_pull(const hpr_two_scale *tables, const hpr_half *half, const double *from, double *whole)
 {
-    if (half->shape == HPR_SHAPE_PARALLELOGRAM) {
-        pull_tensor(tables, half, from, whole);
-        return;
-    }
-    size_t n = tables->triangle_count, rows = hpr_basis_count(half->shape, half->whole_degree),
-           columns = hpr_basis_count(half->shape, half->half_degree);
-    for (size_t k = 0; k < rows; k++) {
-        const double *row = tables->triangle + ((size_t)half->which * n + k) * n;
-        for (size_t l = 0; l < columns; l++)
-            whole[k] += row[l] * from[l];
-    }
+    if (half->shape == HPR_SHAPE_PARALLELOGRAM)
+        apply_tensor(tables, half, true, from, whole);
+    else
+        apply_triangle(tables, half, true, from, whole);
 }
 
 void hpr_two_scale_push(const hpr_two_scale *tables, const hpr_half *half, const double *from, double *to)
 {
-    if (half->shape == HPR_SHAPE_PARALLELOGRAM) {
-        push_tensor(tables, half, from, to);
-        return;
-    }
-    size_t n = tables->triangle_count, rows = hpr_basis_count(half->shape, half->whole_degree),
-           columns = hpr_basis_count(half->shape, half->half_degree);
-    for (size_t k = 0; k < rows; k++) {
-        const double *row = tables->triangle + ((size_t)half->which * n + k) * n;
-        for (size_t l = 0; l < columns; l++)
-            to[l] += row[l] * from[k];
-    }
+    if (half->shape == HPR_SHAPE_PARALLELOGRAM)
+        apply_tensor(tables, half, false, from, to);
+    else
+        apply_triangle(tables, half, false, from, to);
 }

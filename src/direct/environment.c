@@ -1,6 +1,7 @@
 #include "direct/environment.h"
 
 #include "direct/lambert.h"
+#include "math/hash.h"
 
 #include <float.h>
 #include <stdlib.h>
@@ -345,13 +346,6 @@ hpr_opening hpr_environment_opening(const hpr_environment *environment, size_t p
     return (hpr_opening){part < closed ? 0 : part, v.unresolved};
 }
 
-static double hash_unit(uint64_t x)
-{
-    x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9u;
-    x = (x ^ (x >> 27)) * 0x94D049BB133111EBu;
-    return (double)((x ^ (x >> 31)) >> 11) * 0x1p-53;
-}
-
 hpr_opening hpr_environment_sample(const hpr_environment *environment, size_t patch, hpr_vec3 point, int side,
                                    uint64_t seed)
 {
@@ -365,8 +359,8 @@ hpr_opening hpr_environment_sample(const hpr_environment *environment, size_t pa
     int rays = side * side;
     hpr_vec3_store(origin, point);
     for (uint64_t lattice = 0; lattice < LATTICES; lattice++) {
-        double shift_a = hash_unit(2 * (LATTICES * seed + lattice) + 1);
-        double shift_b = hash_unit(2 * (LATTICES * seed + lattice) + 2);
+        double shift_a = hpr_hash_unit(2 * (LATTICES * seed + lattice) + 1);
+        double shift_b = hpr_hash_unit(2 * (LATTICES * seed + lattice) + 2);
         int open = 0;
         for (int i = 0; i < rays; i++) {
             double a = fmod((i + 0.5) / rays + shift_a, 1), b = fmod(i * golden + shift_b, 1), direction[3];

@@ -1,20 +1,13 @@
 #include "link/afford.h"
 
+#include "math/hash.h"
 #include "visibility/views.h"
 
 #include <math.h>
-#include <unistd.h>
-
-static uint64_t mix(uint64_t z)
-{
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return z ^ (z >> 31);
-}
 
 static size_t draw(uint64_t seed, size_t count)
 {
-    return (size_t)(mix(seed * 0x9e3779b97f4a7c15u) % count);
+    return (size_t)(hpr_hash(seed * HPR_HASH_STEP) % count);
 }
 
 typedef struct prediction {
@@ -66,7 +59,7 @@ hpr_status hpr_links_afford(const hpr_visibility *visibility, const hpr_elements
     const hpr_patches *patches = hpr_visibility_patches(visibility);
     if (patches->count <= FEW_PATCHES)
         return HPR_OK;
-    double machine = (double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGE_SIZE);
+    double machine = hpr_machine_bytes();
     double needed = hpr_links_predict(visibility, elements);
     size_t dofs = elements->dof[elements->leaf_count];
     if (needed > 0.9 * machine)

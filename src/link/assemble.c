@@ -9,7 +9,6 @@
 #include <omp.h>
 #include <stdatomic.h>
 #include <string.h>
-#include <unistd.h>
 
 /* Working memory of one thread, and what it counted. */
 typedef struct worker {
@@ -63,7 +62,7 @@ static void place_blocks(assembly *a)
 
 static hpr_status check_memory(assembly *a)
 {
-    double machine = (double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGE_SIZE);
+    double machine = hpr_machine_bytes();
     double needed = (double)a->links->block_count * sizeof(double);
     if (needed > 0.9 * machine)
         return hpr_fail(

@@ -3,8 +3,10 @@
  * nodes leave out is small enough; else the node that leaves out more is replaced by its children. What a
  * leaf's degree leaves out does not count: the elements cannot show it anyway.
  *
- * Links that see each other wholly: e_ij <= tolerance w, w = sqrt(A_i A_j) / A. Since every pair of points is
- * in one link, sum e_ij^2 <= tolerance^2, a bound on the operator's norm. Links that see partly have a jump
+ * Links that see each other wholly: e_ij <= tolerance (w + ‖G_ij‖) / 2, w = sqrt(A_i A_j) / A. Half of it is
+ * absolute: every pair of points is in one link, so sum w^2 = 1 and these add up to tolerance / 2 at most in
+ * the Frobenius norm. Half of it is relative: by Schur's test it adds up to tolerance / 2 of the operator's
+ * norm, which is at most 1. Links that see partly have a jump
  * in the kernel, which no degree follows: e_ij is about a third of ‖G‖ on any level, and what falls when they
  * are refined is their number's share: of n^4 pairs of nodes of size 1/n some n^3 see partly, and their
  * errors have either sign. So e_ij <= tolerance w^(1/4) keeps the root of the sum of squares, n^(3/2) times

@@ -63,6 +63,11 @@ static hpr_node_kind leaf_kind(const hpr_coverage *coverage, size_t leaf)
     return !trimmed ? HPR_NODE_OPEN : parts ? HPR_NODE_MIXED : HPR_NODE_COVERED;
 }
 
+/* A block of a link is integrated once and applied in every sweep: with at most so many times the functions
+ * of the leaves below, it costs no more memory than the links that it stands for, of which there are at least
+ * four (two nodes, two children each). */
+enum { WORTH = 4 };
+
 /* The highest degree up to a limit with at most so many functions. */
 static uint8_t worthwhile(hpr_shape shape, int limit, size_t functions)
 {
@@ -90,7 +95,7 @@ static size_t list_below(hpr_tree *tree, const hpr_coverage *coverage, uint32_t 
     bool alike = tree->kind[child] == tree->kind[child + 1];
     tree->kind[node] = alike ? tree->kind[child] : HPR_NODE_MIXED;
     tree->degree[node] = (uint8_t)tree->highest_degree;
-    tree->worth[node] = worthwhile(node_shape(tree, node), tree->highest_degree, 4 * functions);
+    tree->worth[node] = worthwhile(node_shape(tree, node), tree->highest_degree, WORTH * functions);
     return functions;
 }
 

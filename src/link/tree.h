@@ -23,8 +23,7 @@ typedef struct hpr_tree {
     const hpr_elements *elements; /* borrowed */
     hpr_two_scale *two_scale;
     uint8_t *degree; /* [node_count] of leaves the element's */
-    uint8_t *worth;  /* [node_count] highest degree that a link may have there: with no more functions than
-                        the leaves below have */
+    uint8_t *worth;  /* [node_count] highest degree that a link may have there */
     uint8_t *kind;   /* [node_count] hpr_node_kind */
     uint32_t *node;  /* [node_count] the nodes of patch after patch, each before its children */
     uint32_t *first; /* [patch_count + 1] into node */

@@ -1,19 +1,14 @@
 #include "quadrature/sampled.h"
 
-#include <math.h>
+#include "math/hash.h"
 
-static uint64_t mix(uint64_t z)
-{
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return z ^ (z >> 31);
-}
+#include <math.h>
 
 void hpr_sampled_random(uint64_t seed, uint64_t index, double random[4])
 {
-    static const uint64_t step = 0x9e3779b97f4a7c15u;
-    uint64_t start = mix(mix(seed + step) + 2 * index * step);
-    uint64_t bits[2] = {mix(start + step), mix(start + 2 * step)};
+    static const uint64_t step = HPR_HASH_STEP;
+    uint64_t start = hpr_hash(hpr_hash(seed + step) + 2 * index * step);
+    uint64_t bits[2] = {hpr_hash(start + step), hpr_hash(start + 2 * step)};
     for (int i = 0; i < 2; i++) {
         random[2 * i] = (double)(bits[i] >> 32) * 0x1p-32;
         random[2 * i + 1] = (double)(bits[i] & 0xffffffffu) * 0x1p-32;

@@ -3,6 +3,7 @@
 #include "basis/basis.h"
 #include "direct/lambert.h"
 #include "math/gauss.h"
+#include "math/hash.h"
 #include "math/vec3.h"
 #include "quadrature/cuts.h"
 #include "visibility/visibility.h"
@@ -58,13 +59,6 @@ static fractions lambert_fractions(const energy *e, size_t patch, const double p
             f.back += part;
     }
     return f;
-}
-
-static double hash_unit(uint64_t x)
-{
-    x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9u;
-    x = (x ^ (x >> 27)) * 0x94D049BB133111EBu;
-    return (double)((x ^ (x >> 31)) >> 11) * 0x1p-53;
 }
 
 /* A leaf while its losses are integrated. Values: [2][channels] on backs, escaped. */
@@ -240,7 +234,7 @@ static void lose_by_rays(leaf_integral *l, double *total)
     for (size_t r = 0; r < e->rays; r++) {
         double at[4], point[3], direction[3];
         for (size_t k = 0; k < 4; k++) {
-            at[k] = hash_unit(4 * l->leaf + k + 1) + (double)(r + 1) * step[k];
+            at[k] = hpr_hash_unit(4 * l->leaf + k + 1) + (double)(r + 1) * step[k];
             at[k] -= floor(at[k]);
         }
         if (l->shape == HPR_SHAPE_TRIANGLE && at[0] + at[1] > 1) {

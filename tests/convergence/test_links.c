@@ -9,6 +9,7 @@
 
 #include <cmocka.h>
 
+#include "lcg.h"
 #include "mixed_cubes.h"
 #include "rooms.h"
 #include "solver/operator.h"
@@ -30,22 +31,6 @@ static hpr_solution *solved(const hpr_room *room, int order, int subdivide, doub
     hpr_solution *solution = NULL;
     assert_int_equal(hpr_solve(room->context, room->scene, &options, &solution), HPR_OK);
     return solution;
-}
-
-static double difference(const hpr_solution *a, const hpr_solution *b)
-{
-    double d2 = 0, n2 = 0;
-    for (size_t i = 0; i < 3 * hpr_solution_summary(a)->dof_count; i++) {
-        d2 += (a->irradiance[i] - b->irradiance[i]) * (a->irradiance[i] - b->irradiance[i]);
-        n2 += a->irradiance[i] * a->irradiance[i];
-    }
-    return sqrt(d2 / n2);
-}
-
-static double random_unit(uint64_t *state)
-{
-    *state = *state * 6364136223846793005u + 1442695040888963407u;
-    return (double)(*state >> 11) * 0x1p-53;
 }
 
 /* A closed box of unequal sides with random materials, one face of which shines. */
@@ -127,7 +112,7 @@ static void test_against_all_pairs(void **state)
         for (int digits = 2; digits <= most_digits; digits += 2) {
             double tolerance = pow(10, -digits);
             hpr_solution *linked = solved(&room, s->order, s->subdivide, tolerance);
-            double error = difference(all, linked);
+            double error = room_difference(all, linked);
             const hpr_solve_summary *a = hpr_solution_summary(all), *b = hpr_solution_summary(linked);
             bool good = error <= tolerance && b->link_count <= a->link_count;
             print_message("%s, degree %d, tolerance %.0e: %zu of %zu links, H differs by %.1e%s\n", s->name,

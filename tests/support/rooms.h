@@ -97,6 +97,18 @@ static inline hpr_solution *room_solve(hpr_room *room, int order, int subdivide)
     return room_solve_direct(room, order, subdivide, HPR_DIRECT_EXACT);
 }
 
+/* Distance of the coefficients of the irradiance, relative to those of `a`; three channels, the same
+ * elements. */
+static inline double room_difference(const hpr_solution *a, const hpr_solution *b)
+{
+    double d2 = 0, n2 = 0;
+    for (size_t i = 0; i < 3 * hpr_solution_summary(a)->dof_count; i++) {
+        d2 += (a->irradiance[i] - b->irradiance[i]) * (a->irradiance[i] - b->irradiance[i]);
+        n2 += a->irradiance[i] * a->irradiance[i];
+    }
+    return sqrt(d2 / n2);
+}
+
 /* Radiosity of the first channel at a point of the patch whose front `normal` points to. */
 static inline double room_radiosity(hpr_room *room, const hpr_solution *solution, const double point[3],
                                     const double normal[3])

@@ -7,17 +7,12 @@
 
 #include <cmocka.h>
 
+#include "lcg.h"
 #include "quadrature/block.h"
 #include "quadrature/far.h"
 
 #include <hprad/context.h>
 #include <stdlib.h>
-
-static double random_unit(uint64_t *state)
-{
-    *state = *state * 6364136223846793005u + 1442695040888963407u;
-    return (double)(*state >> 11) * 0x1p-53;
-}
 
 static hpr_vec3 random_vector(uint64_t *state, double size)
 {

@@ -43,16 +43,6 @@ static void closed(box *b)
     room_close(&b->room);
 }
 
-static double difference(const hpr_solution *a, const hpr_solution *b)
-{
-    double d2 = 0, n2 = 0;
-    for (size_t i = 0; i < 3 * hpr_solution_summary(a)->dof_count; i++) {
-        d2 += (a->irradiance[i] - b->irradiance[i]) * (a->irradiance[i] - b->irradiance[i]);
-        n2 += a->irradiance[i] * a->irradiance[i];
-    }
-    return sqrt(d2 / n2);
-}
-
 /* Each stops when it expects an error of 1e-13; the estimates are good to a digit or two. */
 static void test_methods_agree(void **state)
 {
@@ -66,7 +56,7 @@ static void test_methods_agree(void **state)
             const char *name = hpr_solver_name((hpr_solver_method)method);
             box other = solved(m->reflectance, m->exitance, 1, (hpr_solver_method)method, 200000);
             assert_int_equal(other.status, HPR_OK);
-            double error = difference(first.solution, other.solution);
+            double error = room_difference(first.solution, other.solution);
             const hpr_solve_summary *s = hpr_solution_summary(other.solution);
             print_message("%s by %s: %d steps, residual %.1e, differs by %.1e, bound %.0e\n", m->name, name,
                           s->sweeps, s->residual, error, bound);

@@ -8,16 +8,11 @@
 #include <cmocka.h>
 
 #include "basis/two_scale.h"
+#include "lcg.h"
 
 #include <float.h>
 #include <hprad/context.h>
 #include <string.h>
-
-static double random_unit(uint64_t *state)
-{
-    *state = *state * 6364136223846793005u + 1442695040888963407u;
-    return (double)(*state >> 11) * 0x1p-53;
-}
 
 /* The point of the whole that (s,t) of a half is, as patch/elements.h says. */
 static void whole_point(const hpr_half *half, double s, double t, double *ws, double *wt)

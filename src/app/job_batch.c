@@ -348,14 +348,13 @@ hpr_status hpr_job_batch(hpr_context *ctx, const char *path, const hpr_batch_opt
         options->shard > options->shard_count || !(options->memory_bytes >= 0))
         return hpr_fail(ctx, HPR_ERR_ARG, "a batch of %d jobs at a time, shard %d of %d, is none",
                         options->jobs, options->shard, options->shard_count);
-    double machine = (double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGE_SIZE);
     hpr_batch_spec spec;
     hpr_batch_plan plan = {0};
     batch b = {.context = ctx,
                .plan = &plan,
                .options = options,
                .result = result,
-               .memory_bytes = options->memory_bytes > 0 ? options->memory_bytes : 0.9 * machine};
+               .memory_bytes = options->memory_bytes > 0 ? options->memory_bytes : 0.9 * hpr_machine_bytes()};
     hpr_status status = hpr_batch_spec_read(ctx, path, &spec);
     if (status == HPR_OK)
         status = hpr_batch_plan_make(ctx, &spec, &plan);

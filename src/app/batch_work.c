@@ -207,8 +207,10 @@ void hpr_batch_work(const hpr_batch_plan *plan, hpr_batch_task_kind kind, size_t
                     const hpr_batch_means *means)
 {
     worker w = {.plan = plan, .means = means, .end = {.kind = HPR_BATCH_MESSAGE_END}};
+#ifndef HPR_SANITIZED /* sanitizers reserve more than any limit */
     const struct rlimit limit = {(rlim_t)means->memory_bytes, (rlim_t)means->memory_bytes};
     setrlimit(RLIMIT_DATA, &limit);
+#endif
     hpr_status status = open_context(&w);
     if (status == HPR_OK)
         status = hpr_manifest_open(w.context, plan->folder, true, &w.manifest);

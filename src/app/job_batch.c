@@ -83,6 +83,16 @@ static hpr_status list_tasks(batch *b)
     return status;
 }
 
+/* Puts a job back that ran out of its share of the memory, to run alone; false if it had all of it. */
+static bool try_alone(const batch *b, task *t)
+{
+    if (t->alone || b->options->jobs == 1)
+        return false;
+    t->alone = true;
+    t->state = WAITS;
+    return true;
+}
+
 static void fail_task(batch *b, task *t, const char *why)
 {
     t->state = FAILED;
@@ -163,14 +173,10 @@ static void start_ready(batch *b)
 static void take_end(batch *b, task *t, const hpr_batch_message *message)
 {
     t->ended = true;
-    if (message->status == HPR_ERR_MEMORY && !t->alone && b->options->jobs > 1) {
-        t->alone = true;
-        t->state = WAITS; /* once more, with all of the memory */
-    } else if (message->status != HPR_OK) {
-        fail_task(b, t, message->text);
-    } else {
+    if (message->status == HPR_OK)
         t->state = DONE;
-    }
+    else if (message->status != HPR_ERR_MEMORY || !try_alone(b, t))
+        fail_task(b, t, message->text);
     if (t->kind == HPR_BATCH_SOLVE) {
         b->result->solved += message->made;
         b->result->solutions_reused += message->reused;
@@ -204,8 +210,8 @@ static void take_messages(batch *b, task *t)
     close(t->pipe);
     t->pipe = -1;
     b->running--;
-    b->exclusive = false; /* nothing ran beside it */
-    if (!t->ended) {
+    b->exclusive = false;                /* nothing ran beside it */
+    if (!t->ended && !try_alone(b, t)) { /* some libraries end the process when there is no memory */
         char why[96];
         snprintf(why, sizeof why, "its process ended early (%s %d)",
                  WIFSIGNALED(status) ? "signal" : "exit code",

@@ -9,7 +9,8 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-/* Puts the bytes into a file without name; `path` opens it. Returns its descriptor, which the caller closes. */
+/* Puts the bytes into a file without name; `path` opens it. Returns its descriptor, which the caller closes.
+ */
 static inline int fuzz_file(const uint8_t *data, size_t bytes, char path[64])
 {
     int file = memfd_create("fuzz", MFD_CLOEXEC);

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Batches: test_batch.py HPRAD [KILLS]. What is made, what a killed batch leaves and what it does when it goes on, two at
+"""Batches: test_batch.py HPRAD SANITIZER [KILLS]. What is made, what a killed batch leaves and what it does when it goes on, two at
 once, shards, failures, errors in the batch file."""
 import hashlib
 import json
@@ -185,15 +185,20 @@ def check_failures(command, out, whole):
     check("failed jobs: counted", "4 failed" in result.stdout and "4 left out" in result.stdout)
     check("failed jobs: all others are done", differences(out, whole))
     shutil.rmtree(out)
-    result = command("batch", "jobs.json", "--memory", "0.001")
-    check("too little memory: said so", result.returncode == 1 and "6 failed" in result.stdout)
-    left = [name for name in contents(out) if os.path.basename(name).startswith(".")]
-    check("too little memory: nothing is left", left)
-    shutil.rmtree(out)
     write_jobs(command.folder, "long.json", scenes=["long.gltf"], settings=[{"name": "x", "order": 5, "subdivide": 0}])
     code, text = interrupted(command)
     check("SIGINT: exit code 130, said so", [] if code == 130 and "SIGINT" in text else [f"{code} {text}"])
     check("SIGINT: nothing is left", list(contents(out)))
+
+
+def check_memory(command, out, whole):
+    shutil.rmtree(out)
+    result = command("batch", "jobs.json", "--memory", "0.001")
+    check("too little memory: said so", result.returncode == 1 and "6 failed" in result.stdout)
+    check("too little memory: nothing is left", list(contents(out)))
+    # A share of 1 MB is too little, 1 GB is plenty.
+    result = command("batch", "jobs.json", "--memory", "1", "--jobs", "1000")
+    check("too little for its share: a job runs again alone", [*problems(result, 0), *differences(out, whole)])
 
 
 def interrupted(command):
@@ -221,7 +226,7 @@ def check_errors(command):
 
 
 def main():
-    kills = int(sys.argv[2]) if len(sys.argv) > 2 else 20
+    kills = int(sys.argv[3]) if len(sys.argv) > 3 else 20
     with tempfile.TemporaryDirectory() as folder:
         command, out = Command(sys.argv[1], folder), os.path.join(folder, "out")
         cameras = ("a", "b", "c")
@@ -237,6 +242,8 @@ def main():
         check_kills(command, out, whole, kills)
         check_together(command, out, whole)
         check_failures(command, out, whole)
+        if sys.argv[2] == "none":  # sanitizers leave no limit to memory
+            check_memory(command, out, whole)
     return done()
 
 

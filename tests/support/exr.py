@@ -10,7 +10,7 @@ import struct
 import zlib
 from collections import namedtuple
 
-Picture = namedtuple("Picture", "width height channels attributes window display")
+Picture = namedtuple("Picture", "width height channels attributes window display", defaults=(None, None))
 
 _MAGIC, _LONG_NAMES, _TILED = 20000630, 0x400, 0x200  # of the flags, only these may be set
 _KINDS = "Ief"  # as array and struct have them: uint, half, float

@@ -148,7 +148,7 @@ def main():
                ["--order {order} --subdivide {subdivide} --feet {feet}".format(**report["settings"])]
                if f"`{words}`: polynomials of degree {report['settings']['order']}" not in " ".join(text.split())])
         check("the keys of a report", report_problems(dict(report_rows(text)), report))
-        for name, begin, end in (("truth.json", "### Reference", "### Exit codes"),
+        for name, begin, end in (("truth.json", "### Reference", "### Batches"),
                                  ("room.json", "### View factors", "### Reference")):
             with open(os.path.join(folder, name), encoding="utf-8") as file:
                 check("the keys of " + name,

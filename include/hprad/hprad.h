@@ -3,6 +3,8 @@
 #define HPRAD_HPRAD_H
 
 #include <hprad/baseline.h>
+#include <hprad/batch.h>
+#include <hprad/compare.h>
 #include <hprad/context.h>
 #include <hprad/job.h>
 #include <hprad/reference.h>

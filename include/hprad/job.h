@@ -2,7 +2,10 @@
 #define HPRAD_JOB_H
 
 #include <hprad/baseline.h>
+#include <hprad/compare.h>
 #include <hprad/reference.h>
+#include <hprad/render.h>
+#include <hprad/solve.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -38,6 +41,8 @@ typedef enum hpr_job_kind {
     HPR_JOB_FILE_REPORT,
     HPR_JOB_FILE_EXR,
     HPR_JOB_FILE_PNG,
+    HPR_JOB_FILE_FALSE_COLOUR,
+    HPR_JOB_FILE_DIFFERENCE,
     HPR_JOB_FILE_TABLE,
     HPR_JOB_FILE_FACTORS
 } hpr_job_kind;
@@ -49,6 +54,9 @@ typedef struct hpr_job_file {
     const char *camera; /**< of a picture: the camera as `{camera}` names it; else NULL */
     int width, height;  /**< of a picture, pixels; else 0 */
     double exposure;    /**< of a preview: the factor on radiance; else 0 */
+    double top;         /**< of a false-colour picture: the irradiance at the legend's top, W/m²; else 0 */
+    const char *reference;            /**< of a difference: what the picture was compared with; else NULL */
+    const hpr_difference *difference; /**< of a difference: how large it is; else NULL */
 } hpr_job_file;
 
 /** Called after each file, by the thread that runs the job; NULL: not wanted. */
@@ -97,20 +105,37 @@ HPR_API hpr_status hpr_job_solve(hpr_context *context, const char *scene_path,
                                  const hpr_job_solve_options *options, hpr_job_result *result);
 
 /**
- * Which pictures, and under which names. In `pattern` these are replaced:
+ * Which pictures, of what, and under which names. Every camera that is chosen gives a picture, or one camera
+ * gives `orbit` of them: the k-th from 0 is seen by the camera turned by 2 pi k / orbit about the vertical
+ * (+y) through the centre, counter-clockwise as seen from above. A picture depends on its own camera and
+ * settings only: alone it has the same bits as among all. In `pattern` these are replaced:
  *   {camera}     the camera's name, "/" as "_", "camera0" if it has none; a name that came before gets _1, _2
  *   {frame}      the number of the picture from 0;  {frame:04} the same, padded with zeros to 4 digits
  * Anything else between braces is refused. The names of the cameras are made before one is chosen, so a
  * camera has the same name alone as among all.
  */
 typedef struct hpr_job_render_options {
-    const char *pattern; /**< NULL: base name of the input + ".exr" in the working folder, with "_{camera}"
-                              before the extension if there are several pictures */
+    const char *pattern; /**< NULL: base name of the input + ".exr" in the working folder, with "_{camera}",
+                              or of an orbit "_{frame:04}", before the extension if there are several */
+    const char *camera_file; /**< glTF whose cameras take the place of the input's; NULL: none */
     const char *camera; /**< NULL or "all"; else a name as {camera} has it or as the file has it, or an index;
                              unknown: HPR_ERR_ARG, and the message lists the names */
-    int preview;        /**< 1: an 8-bit .png beside each EXR, with the same base name */
-    double exposure;    /**< of previews, factor on radiance; 0: each chooses its own */
+    int orbit;          /**< pictures around the scene; 0: none. One camera must be chosen */
+    int orbit_centred;  /**< 1: about orbit_centre; 0: about the centre of the box around all surfaces */
+    double orbit_centre[3];       /**< metres */
+    int first_frame, frame_count; /**< only these pictures, by their numbers from 0; count 0: all of them */
+    int preview;                  /**< 1: an 8-bit .png beside each EXR, with the same base name */
+    double exposure;              /**< of previews, factor on radiance; 0: each chooses its own */
+    int false_colour;             /**< 1: the irradiance in colours, with a legend, beside each EXR as
+                                       "_irradiance.png" */
+    double false_colour_top;      /**< W/m² at the legend's top; 0: each chooses its own */
+    const char
+        *compare;    /**< pattern of EXR files to compare with: the difference is written beside each EXR as
+                          "_difference.exr". Without a size the picture takes that of the file. NULL: none */
+    int half, tiled; /**< of EXR, see hpr_image_labels */
+    const char *report_path; /**< NULL: none; it includes the rendering */
     hpr_render_options render;
+    hpr_view_options view;
     size_t environment_count; /**< of a scene, as hpr_scene_set_environment takes it; 0: none. With a
                                    solution, which has its own: HPR_ERR_ARG */
     const double *environment;
@@ -122,13 +147,13 @@ HPR_API void hpr_job_render_options_init(hpr_job_render_options *options);
 /**
  * Solution .glb -> one EXR per camera. A scene file is solved first, with default options. `options` may be
  * NULL. Errors: as above; HPR_ERR_ARG also if there are several pictures and the pattern gives them one name.
+ * A report of a solution that was read has no stage of solving.
  */
 HPR_API hpr_status hpr_job_render(hpr_context *context, const char *input_path,
                                   const hpr_job_render_options *options, hpr_job_result *result);
 
 /** Scene file -> pictures in one go, and the report if asked. */
 typedef struct hpr_job_picture_options {
-    const char *report_path; /**< NULL: none; it includes the rendering */
     hpr_read_options read;
     hpr_solve_options solve;
     hpr_job_render_options pictures;
@@ -145,12 +170,12 @@ HPR_API hpr_status hpr_job_picture(hpr_context *context, const char *scene_path,
 
 /** Scene file -> pictures by path tracing, and the report if asked. */
 typedef struct hpr_job_reference_options {
-    const char *report_path; /**< NULL: none */
     hpr_read_options read;
     hpr_reference_options reference;
-    hpr_job_render_options pictures; /**< as for rendering, but with HPR_DEFAULT_PATHS samples, 2 to
+    hpr_job_render_options pictures; /**< of these: pattern, camera, preview, exposure, half, tiled, report,
+                                          size, environment, events; HPR_DEFAULT_PATHS samples, 2 to
                                           HPR_MAX_PATHS; default name: base name of the scene +
-                                          "_reference.exr" */
+                                          "_reference.exr". Whatever else is set is refused */
 } hpr_job_reference_options;
 
 HPR_API void hpr_job_reference_options_init(hpr_job_reference_options *options);

@@ -31,6 +31,13 @@ HPR_API hpr_status hpr_scene_read(hpr_context *context, const char *path, const 
                                   hpr_scene **scene);
 
 /**
+ * Reads only the cameras of a glTF file, of which there may be none: a scene without faces. Errors: as
+ * hpr_scene_read.
+ */
+HPR_API hpr_status hpr_scene_read_cameras(hpr_context *context, const char *path,
+                                          const hpr_read_options *options, hpr_scene **scene);
+
+/**
  * Lets the same radiance L come from all directions outside, W/m²/sr, to be seen by surfaces and cameras; 0
  * when a scene is made. radiance: [count], one number for all channels (count 1) or one for each. Copied.
  * Errors: HPR_ERR_ARG (another count, or a number that is not finite and >= 0; the scene then stays as it

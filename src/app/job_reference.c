@@ -55,16 +55,15 @@ static void measure(const hpr_image *image, const char *camera, hpr_reference_pi
     picture->noise = signal > 0 ? sqrt(noise / signal) : 0;
 }
 
-static hpr_status write_picture(hpr_job *job, const hpr_job_reference_options *options,
-                                const hpr_scene *scene, const hpr_pictures *list, size_t i,
+static hpr_status write_picture(hpr_job *job, const hpr_scene *scene, const hpr_pictures *list, size_t i,
                                 const hpr_image *image)
 {
     const char *slash = strrchr(scene->path, '/');
     hpr_image_labels labels = {.channel_name = (const char *const *)scene->channel_name,
                                .scene = slash ? slash + 1 : scene->path};
     if (scene->camera_count)
-        labels.camera = scene->camera[list->camera[i]].name;
-    return hpr_pictures_write(job, list, i, image, &labels, options->pictures.exposure);
+        labels.camera = scene->camera[hpr_pictures_camera(list, i)].name;
+    return hpr_pictures_write(job, list, i, image, NULL, &labels);
 }
 
 static hpr_status trace_pictures(hpr_job *job, const hpr_job_reference_options *options,
@@ -74,14 +73,14 @@ static hpr_status trace_pictures(hpr_job *job, const hpr_job_reference_options *
     hpr_status status = HPR_OK;
     for (size_t i = 0; i < list->count && status == HPR_OK; i++) {
         hpr_image image = {0};
-        size_t camera = list->camera[i];
+        size_t camera = hpr_pictures_camera(list, i);
         status = hpr_job_enter(job, HPR_JOB_RENDER);
         if (status == HPR_OK)
             status = hpr_reference_render(job->context, reference, camera, &options->pictures.render, &image);
         if (status == HPR_OK) {
             measure(&image, list->label[camera], &t->picture[i]);
             job->result->noise = fmax(job->result->noise, t->picture[i].noise);
-            status = write_picture(job, options, scene, list, i, &image);
+            status = write_picture(job, scene, list, i, &image);
         }
         hpr_image_fini(job->context, &image);
     }
@@ -130,7 +129,7 @@ static hpr_status run(hpr_job *job, const char *path, const hpr_job_reference_op
                                              .samples = options->pictures.render.samples,
                                              .picture_count = list.count,
                                              .picture = t.picture};
-        status = write_report(job, &report, options->report_path);
+        status = write_report(job, &report, options->pictures.report_path);
     }
     job->result->ray_count =
         hpr_counter_value(ctx, HPR_COUNT_RAYS) + hpr_counter_value(ctx, HPR_COUNT_CAMERA_RAYS);
@@ -142,6 +141,19 @@ static hpr_status run(hpr_job *job, const char *path, const hpr_job_reference_op
     return status;
 }
 
+/* Path tracing makes whole pictures of radiance, by the scene's cameras. */
+static hpr_status check_options(hpr_context *ctx, const hpr_job_render_options *pictures)
+{
+    const hpr_view_options *view = &pictures->view;
+    if (pictures->camera_file || pictures->orbit || pictures->compare || pictures->false_colour ||
+        pictures->first_frame || pictures->frame_count || view->crop[2] || view->crop[3] ||
+        view->filter != HPR_FILTER_BOX || view->filter_width > 0 || view->layers)
+        return hpr_fail(ctx, HPR_ERR_ARG,
+                        "a reference has no camera file, orbit, frames, crop window, filter, layers, false "
+                        "colours or comparison");
+    return HPR_OK;
+}
+
 hpr_status hpr_job_reference(hpr_context *ctx, const char *scene_path,
                              const hpr_job_reference_options *options, hpr_job_result *result)
 {
@@ -151,7 +163,9 @@ hpr_status hpr_job_reference(hpr_context *ctx, const char *scene_path,
         options = &defaults;
     hpr_job job;
     hpr_job_begin(&job, ctx, &options->pictures.events, result);
-    hpr_status status = hpr_pictures_check(&job, scene_path, options->pictures.pattern, options->report_path);
+    hpr_status status = check_options(ctx, &options->pictures);
+    if (status == HPR_OK)
+        status = hpr_pictures_check(&job, scene_path, &options->pictures);
     if (status == HPR_OK)
         status = run(&job, scene_path, options);
     return hpr_job_end(&job, status);

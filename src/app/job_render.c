@@ -1,5 +1,6 @@
 /* Solution file or scene file -> one picture per camera. */
 #include "app/pictures.h"
+#include "render/renderer.h"
 #include "solver/solution.h"
 
 void hpr_job_render_options_init(hpr_job_render_options *options)
@@ -16,28 +17,56 @@ void hpr_job_picture_options_init(hpr_job_picture_options *options)
     hpr_job_render_options_init(&options->pictures);
 }
 
-static hpr_status write_picture(hpr_job *job, double exposure, const hpr_solution *solution,
-                                const hpr_pictures *list, size_t i, const hpr_image *image)
+/* The layers of the picture, with what the false colours need. */
+static hpr_view_options view_of(const hpr_job_render_options *options)
 {
-    const hpr_image_labels labels = {.channel_name = (const char *const *)solution->channel_name,
-                                     .scene = solution->scene_name,
-                                     .camera = hpr_solution_camera_name(solution, list->camera[i])};
-    return hpr_pictures_write(job, list, i, image, &labels, exposure);
+    hpr_view_options view = options->view;
+    if (options->false_colour)
+        view.layers |= 1u << HPR_LAYER_IRRADIANCE;
+    return view;
 }
 
-static hpr_status render_pictures(hpr_job *job, const hpr_job_render_options *options,
-                                  const hpr_solution *solution, const hpr_pictures *list)
+static hpr_status render_picture(hpr_job *job, hpr_renderer *renderer, const hpr_solution *solution,
+                                 const hpr_pictures *list, size_t i)
 {
-    hpr_status status = HPR_OK;
-    for (size_t i = 0; i < list->count && status == HPR_OK; i++) {
-        hpr_image image = {0};
-        status = hpr_job_enter(job, HPR_JOB_RENDER);
-        if (status == HPR_OK)
-            status = hpr_solution_render(job->context, solution, list->camera[i], &options->render, &image);
-        if (status == HPR_OK)
-            status = write_picture(job, options->exposure, solution, list, i, &image);
-        hpr_image_fini(job->context, &image);
+    const hpr_job_render_options *options = list->options;
+    double centre[3];
+    hpr_patches_radius(solution->patches, centre);
+    hpr_camera camera = hpr_pictures_view(list, i, solution->camera, centre);
+    const hpr_image_labels labels = {.channel_name = (const char *const *)solution->channel_name,
+                                     .scene = solution->scene_name,
+                                     .camera = camera.name};
+    hpr_image image = {0}, reference = {0};
+    hpr_render_options film = options->render;
+    hpr_view_options view = view_of(options);
+    hpr_status status = hpr_pictures_reference(job, list, i, &labels, solution->channel_count, &reference);
+    if (reference.radiance && film.width == 0 && film.height == 0) {
+        film.width = reference.full_width;
+        film.height = reference.full_height;
     }
+    if (status == HPR_OK)
+        status = hpr_job_enter(job, HPR_JOB_RENDER);
+    if (status == HPR_OK)
+        status = hpr_renderer_render(renderer, &camera, &film, &view, &image);
+    if (status == HPR_OK)
+        status = hpr_pictures_write(job, list, i, &image, &reference, &labels);
+    hpr_image_fini(job->context, &reference);
+    hpr_image_fini(job->context, &image);
+    return status;
+}
+
+static hpr_status render_pictures(hpr_job *job, const hpr_solution *solution, const hpr_pictures *list)
+{
+    hpr_renderer *renderer = NULL;
+    hpr_status status = hpr_job_enter(job, HPR_JOB_RENDER);
+    if (status != HPR_OK)
+        return status;
+    hpr_stage_begin(job->context, "render");
+    status = hpr_renderer_create(job->context, solution, &renderer);
+    hpr_stage_end(job->context);
+    for (size_t i = 0; i < list->count && status == HPR_OK; i++)
+        status = render_picture(job, renderer, solution, list, i);
+    hpr_renderer_destroy(&renderer);
     return status;
 }
 
@@ -69,9 +98,9 @@ static hpr_status run_scene(hpr_job *job, const char *path, const hpr_job_pictur
     if (status == HPR_OK)
         status = hpr_job_run_solve(job, scene, &options->solve, NULL, &solution);
     if (status == HPR_OK)
-        status = render_pictures(job, &options->pictures, solution, &list);
+        status = render_pictures(job, solution, &list);
     if (status == HPR_OK)
-        status = hpr_job_write_report(job, solution, path, options->report_path);
+        status = hpr_job_write_report(job, solution, path, pictures->report_path);
     if (status == HPR_OK)
         status = hpr_job_judge(job, solution, path);
     hpr_pictures_release(job->context, &list);
@@ -100,7 +129,9 @@ static hpr_status run_solution(hpr_job *job, const char *path, const hpr_job_ren
         status = plan_pictures(job, options, path, false, solution->camera_count, solution->camera, &list);
     }
     if (status == HPR_OK)
-        status = render_pictures(job, options, solution, &list);
+        status = render_pictures(job, solution, &list);
+    if (status == HPR_OK)
+        status = hpr_job_write_report(job, solution, NULL, options->report_path);
     hpr_pictures_release(job->context, &list);
     hpr_solution_destroy(&solution);
     return status;
@@ -115,7 +146,7 @@ hpr_status hpr_job_render(hpr_context *ctx, const char *input_path, const hpr_jo
         all.pictures = *options;
     hpr_job job;
     hpr_job_begin(&job, ctx, &all.pictures.events, result);
-    hpr_status status = hpr_pictures_check(&job, input_path, all.pictures.pattern, NULL);
+    hpr_status status = hpr_pictures_check(&job, input_path, &all.pictures);
     if (status == HPR_OK && hpr_job_is_solution(input_path))
         status = run_solution(&job, input_path, &all.pictures);
     else if (status == HPR_OK)
@@ -132,7 +163,7 @@ hpr_status hpr_job_picture(hpr_context *ctx, const char *scene_path, const hpr_j
         options = &defaults;
     hpr_job job;
     hpr_job_begin(&job, ctx, &options->pictures.events, result);
-    hpr_status status = hpr_pictures_check(&job, scene_path, options->pictures.pattern, options->report_path);
+    hpr_status status = hpr_pictures_check(&job, scene_path, &options->pictures);
     if (status == HPR_OK)
         status = run_scene(&job, scene_path, options, true);
     return hpr_job_end(&job, status);

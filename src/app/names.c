@@ -41,10 +41,10 @@ char *hpr_name_beside(hpr_context *ctx, const char *path, const char *extension)
     return join(ctx, path, stem_length(path), extension, "");
 }
 
-char *hpr_name_insert_camera(hpr_context *ctx, const char *pattern)
+char *hpr_name_insert(hpr_context *ctx, const char *path, const char *text)
 {
-    size_t stem = stem_length(pattern);
-    return join(ctx, pattern, stem, "_{camera}", pattern + stem);
+    size_t stem = stem_length(path);
+    return join(ctx, path, stem, text, path + stem);
 }
 
 typedef struct placeholder {

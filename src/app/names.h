@@ -11,8 +11,9 @@ char *hpr_name_default(hpr_context *ctx, const char *path, const char *tail);
 /* The path with its last extension replaced by `extension`; caller releases. NULL: no memory. */
 char *hpr_name_beside(hpr_context *ctx, const char *path, const char *extension);
 
-/* The pattern with "_{camera}" put before its last extension; caller releases. NULL: no memory. */
-char *hpr_name_insert_camera(hpr_context *ctx, const char *pattern);
+/* The path with `text`, such as "_{camera}", put before its last extension; caller releases. NULL: no memory.
+ */
+char *hpr_name_insert(hpr_context *ctx, const char *path, const char *text);
 
 /* True if the pattern contains a placeholder, so that it can give several pictures several names. */
 bool hpr_name_varies(const char *pattern);

@@ -131,7 +131,9 @@ hpr_status hpr_outputs_claim(hpr_outputs *outputs, const char *path)
     struct stat info;
     hpr_status status;
     bool replaces = false;
-    if (stat(path, &info) == 0) {
+    if (outputs->names_only) {
+        status = check_new(outputs, path);
+    } else if (stat(path, &info) == 0) {
         status = check_existing(outputs, path, &info);
         replaces = S_ISREG(info.st_mode) && !opened_by_shell(path);
     } else if (errno != ENOENT && errno != ENOTDIR) {
@@ -152,5 +154,18 @@ hpr_status hpr_outputs_claim(hpr_outputs *outputs, const char *path)
     if (!copy)
         return hpr_fail(ctx, HPR_ERR_MEMORY, "out of memory for the name '%s'", path);
     outputs->path[outputs->count++] = copy;
+    return HPR_OK;
+}
+
+hpr_status hpr_outputs_spare(const hpr_outputs *outputs, const char *path)
+{
+    struct stat info;
+    if (stat(path, &info) != 0)
+        return HPR_OK;
+    for (size_t i = 0; i < outputs->count; i++) {
+        if (same_file(outputs->path[i], &info))
+            return hpr_fail(outputs->context, HPR_ERR_ARG, "output '%s' would overwrite '%s', which is read",
+                            outputs->path[i], path);
+    }
     return HPR_OK;
 }

@@ -12,6 +12,7 @@ typedef struct hpr_outputs {
     hpr_context *context;
     size_t input_count;
     const char *input[HPR_MAX_INPUTS]; /* borrowed */
+    bool names_only;                   /* claims look at no file, only that no name comes twice */
     size_t count, capacity;
     char **path; /* [count] claimed so far, owned */
 } hpr_outputs;
@@ -29,5 +30,8 @@ void hpr_outputs_input(hpr_outputs *outputs, const char *path);
  * write-protected file, a read-only file system), HPR_ERR_MEMORY. Creates nothing that has a name.
  */
 hpr_status hpr_outputs_claim(hpr_outputs *outputs, const char *path);
+
+/* Makes sure that a file which is read only later is none of the claimed ones. Errors: HPR_ERR_ARG. */
+hpr_status hpr_outputs_spare(const hpr_outputs *outputs, const char *path);
 
 #endif

@@ -300,6 +300,11 @@ char *hpr_duplicate_text(hpr_context *ctx, const char *text)
     return copy;
 }
 
+const volatile sig_atomic_t *hpr_context_cancel(const hpr_context *ctx)
+{
+    return ctx->options.cancel;
+}
+
 bool hpr_cancelled(const hpr_context *ctx)
 {
     return ctx->options.cancel && *ctx->options.cancel;

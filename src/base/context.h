@@ -61,6 +61,8 @@ double hpr_machine_bytes(void);
 char *hpr_duplicate_text(hpr_context *ctx, const char *text);
 
 bool hpr_cancelled(const hpr_context *ctx);
+/* What it polls, for a context of a part of the work; NULL: nothing. */
+const volatile sig_atomic_t *hpr_context_cancel(const hpr_context *ctx);
 hpr_isa hpr_context_isa_level(const hpr_context *ctx);
 
 /* Adds to a counter. Thread-safe; integer, so the order does not matter. */

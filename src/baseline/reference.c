@@ -161,7 +161,9 @@ static hpr_status trace_image(const hpr_reference *reference, size_t number, con
     size_t stride = (4 * n + 15) / 16 * 16; /* threads do not share cache lines */
     double *scratch = NULL;
     atomic_bool stop = false;
-    hpr_status status = hpr_film_open(ctx, camera, film, n, reference->scene->environment, true, image);
+    const hpr_film content = {
+        .channel_count = n, .environment = reference->scene->environment, .variance = true};
+    hpr_status status = hpr_film_open(ctx, camera, film, &content, image);
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &scratch, threads, stride * sizeof *scratch, "path tracing");
     if (status == HPR_OK) {

@@ -26,6 +26,7 @@ int cli_probe(int argc, const char **argv);
 int cli_formfactors(int argc, const char **argv);
 int cli_reference(int argc, const char **argv);
 int cli_study(int argc, const char **argv);
+int cli_batch(int argc, const char **argv);
 int cli_picture(int argc, const char **argv); /* the form without verb */
 
 /* The verb of this name, or NULL. */
@@ -106,13 +107,16 @@ typedef struct cli_environment {
     double radiance[CLI_MAX_CHANNELS];
 } cli_environment;
 
+/* False after a message if an option was given that has no effect without another. */
+bool cli_only_with(const char *option, bool given, bool fits, const char *what);
+
 bool cli_take_environment(const char *text, cli_environment *environment);
 
 /* Signals (signals.c). The flag is the number of the signal that came, 0 if none. */
 extern volatile sig_atomic_t cli_signal;
 void cli_catch_signals(void);
 
-/* Groups of options that several verbs have (options.c). Their ids do not overlap. */
+/* Groups of options that several verbs have (options.c, render_options.c). Their ids do not overlap. */
 extern const struct poptOption cli_solve_options[];
 extern const struct poptOption cli_method_options[];
 extern const struct poptOption cli_render_options[];
@@ -123,7 +127,7 @@ typedef struct cli_solve_settings {
     hpr_solve_options solve;
     cli_environment environment;
     bool feet_given; /* else --subdivide alone makes all elements */
-    bool direct_given;
+    bool direct_given, refine_given;
     const char *report_path;
 } cli_solve_settings;
 
@@ -140,6 +144,7 @@ int cli_take_render_option(hpr_job_render_options *settings, int id, const char 
 int cli_take_common_option(cli_run *run, int id, const char *value);
 
 /* What no single option can tell. False after a message. */
+bool cli_check_solve(const cli_solve_settings *settings);
 bool cli_check_method(const cli_method_settings *settings, const cli_solve_settings *solve);
 bool cli_check_render_options(const hpr_job_render_options *settings);
 
@@ -180,6 +185,18 @@ enum {
     CLI_OPTION_SAMPLES,
     CLI_OPTION_PREVIEW,
     CLI_OPTION_EXPOSURE,
+    CLI_OPTION_CAMERA_FILE,
+    CLI_OPTION_ORBIT,
+    CLI_OPTION_ORBIT_CENTRE,
+    CLI_OPTION_FRAMES,
+    CLI_OPTION_CROP,
+    CLI_OPTION_FILTER,
+    CLI_OPTION_FILTER_WIDTH,
+    CLI_OPTION_LAYERS,
+    CLI_OPTION_HALF,
+    CLI_OPTION_TILED,
+    CLI_OPTION_FALSE_COLOUR,
+    CLI_OPTION_COMPARE,
     CLI_OPTION_OWN
 };
 

@@ -214,6 +214,14 @@ static void say_file(void *user, const hpr_job_file *file)
     case HPR_JOB_FILE_PNG:
         printf("wrote %s (camera %s, exposure %.6g)\n", file->path, file->camera, file->exposure);
         break;
+    case HPR_JOB_FILE_FALSE_COLOUR:
+        printf("wrote %s (camera %s, irradiance 0 to %.6g W/m2)\n", file->path, file->camera, file->top);
+        break;
+    case HPR_JOB_FILE_DIFFERENCE:
+        printf("wrote %s (camera %s minus %s: RMSE %.6g, relMSE %.6g, PSNR %.4g dB)\n", file->path,
+               file->camera, file->reference, file->difference->rmse, file->difference->rel_mse,
+               file->difference->psnr_db);
+        break;
     default:
         printf("wrote %s\n", file->path);
     }

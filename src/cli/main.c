@@ -16,6 +16,7 @@ static const struct {
     {"formfactors", "hprad formfactors", cli_formfactors},
     {"reference", "hprad reference", cli_reference},
     {"study", "hprad study", cli_study},
+    {"batch", "hprad batch", cli_batch},
 };
 
 enum { VERB_COUNT = sizeof verbs / sizeof *verbs };

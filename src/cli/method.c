@@ -61,25 +61,18 @@ int cli_take_method_option(cli_method_settings *settings, hpr_solve_options *sol
     }
 }
 
-static bool only_with(const char *option, bool given, bool fits, const char *what)
-{
-    if (given && !fits)
-        cli_complain("%s has an effect only with %s", option, what);
-    return !given || fits;
-}
-
 bool cli_check_method(const cli_method_settings *settings, const cli_solve_settings *solve)
 {
     hpr_method method = solve->solve.method;
     bool classical = method > HPR_METHOD_HIERARCHICAL;
     bool shoots = classical && solve->solve.solver == HPR_SOLVER_SHOOTING;
-    return only_with("--hemicube", settings->hemicube_given, method == HPR_METHOD_HEMICUBE,
-                     "--method hemicube") &&
-           only_with("--rays", settings->rays_given, method == HPR_METHOD_RAYCAST, "--method raycast") &&
-           only_with("--shots", settings->baseline.shots > 0, shoots,
-                     "--solver shooting of a --method that has the full matrix") &&
-           only_with("--every", settings->baseline.every > 0, shoots,
-                     "--solver shooting of a --method that has the full matrix") &&
-           only_with("--direct exact", solve->direct_given && solve->solve.direct == HPR_DIRECT_EXACT,
-                     method == HPR_METHOD_GALERKIN, "--method galerkin");
+    return cli_only_with("--hemicube", settings->hemicube_given, method == HPR_METHOD_HEMICUBE,
+                         "--method hemicube") &&
+           cli_only_with("--rays", settings->rays_given, method == HPR_METHOD_RAYCAST, "--method raycast") &&
+           cli_only_with("--shots", settings->baseline.shots > 0, shoots,
+                         "--solver shooting of a --method that has the full matrix") &&
+           cli_only_with("--every", settings->baseline.every > 0, shoots,
+                         "--solver shooting of a --method that has the full matrix") &&
+           cli_only_with("--direct exact", solve->direct_given && solve->solve.direct == HPR_DIRECT_EXACT,
+                         method == HPR_METHOD_GALERKIN, "--method galerkin");
 }

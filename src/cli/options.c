@@ -10,7 +10,7 @@
 #include <string.h>
 
 /* As the renderer has them; refused here before the solve and not after it. */
-enum { MAX_PIXELS_PER_SIDE = 32768, MAX_SAMPLES = 4096 };
+enum { MAX_PIXELS_PER_SIDE = 32768 };
 
 const struct poptOption cli_solve_options[] = {
     {"order", 0, POPT_ARG_STRING, NULL, CLI_OPTION_ORDER, "polynomial degree of every element, 0 to 16", "P"},
@@ -71,17 +71,6 @@ const struct poptOption cli_solve_options[] = {
      "which scene of the file, from 0 (default: the file's choice)", "N"},
     {"report", 0, POPT_ARG_STRING, NULL, CLI_OPTION_REPORT, "write what was done and what it cost as JSON",
      "R.json"},
-    POPT_TABLEEND};
-
-const struct poptOption cli_render_options[] = {
-    {"camera", 0, POPT_ARG_STRING, NULL, CLI_OPTION_CAMERA,
-     "one camera, by name or index, or all of them (default all)", "NAME|all"},
-    {"size", 0, POPT_ARG_STRING, NULL, CLI_OPTION_SIZE, "pixels (default: 512 high, width from the camera)",
-     "WxH"},
-    {"samples", 0, POPT_ARG_STRING, NULL, CLI_OPTION_SAMPLES, "rays per pixel (default 4)", "N"},
-    {"png", 0, POPT_ARG_NONE, NULL, CLI_OPTION_PREVIEW, "write an 8-bit preview beside each EXR", NULL},
-    {"exposure", 0, POPT_ARG_STRING, NULL, CLI_OPTION_EXPOSURE,
-     "factor on the radiance in previews (default: chosen for each, and stated)", "X"},
     POPT_TABLEEND};
 
 const struct poptOption cli_common_options[] = {
@@ -229,6 +218,23 @@ bool cli_path(const char *option, const char *text, const char **path)
     return false;
 }
 
+bool cli_only_with(const char *option, bool given, bool fits, const char *what)
+{
+    if (given && !fits)
+        cli_complain("%s has an effect only with %s", option, what);
+    return !given || fits;
+}
+
+bool cli_check_solve(const cli_solve_settings *settings)
+{
+    const hpr_solve_options *solve = &settings->solve;
+    bool adapts = solve->tolerance > 0;
+    return cli_only_with("--refine", settings->refine_given, adapts, "--tol") &&
+           cli_only_with("--max-time", solve->max_seconds > 0, adapts, "--tol") &&
+           cli_only_with("--max-memory", solve->max_bytes > 0, adapts, "--tol") &&
+           cli_only_with("--tol", adapts, solve->method == HPR_METHOD_GALERKIN, "--method galerkin");
+}
+
 int cli_take_solve_option(cli_solve_settings *settings, int id, const char *value)
 {
     hpr_solve_options *solve = &settings->solve;
@@ -271,6 +277,7 @@ int cli_take_solve_option(cli_solve_settings *settings, int id, const char *valu
     case CLI_OPTION_TOLERANCE:
         return cli_positive("--tol", value, 1, true, &solve->tolerance);
     case CLI_OPTION_REFINE:
+        settings->refine_given = true;
         return take_refine(value, &solve->refine);
     case CLI_OPTION_MAX_TIME:
         return cli_positive("--max-time", value, INFINITY, false, &solve->max_seconds);
@@ -279,36 +286,6 @@ int cli_take_solve_option(cli_solve_settings *settings, int id, const char *valu
     default:
         return -1;
     }
-}
-
-int cli_take_render_option(hpr_job_render_options *settings, int id, const char *value)
-{
-    hpr_render_options *render = &settings->render;
-    switch (id) {
-    case CLI_OPTION_CAMERA:
-        settings->camera = value;
-        return true;
-    case CLI_OPTION_SIZE:
-        return cli_size("--size", value, &render->width, &render->height);
-    case CLI_OPTION_SAMPLES:
-        return cli_integer("--samples", value, 1, MAX_SAMPLES, &render->samples);
-    case CLI_OPTION_PREVIEW:
-        settings->preview = 1;
-        return true;
-    case CLI_OPTION_EXPOSURE:
-        return cli_positive("--exposure", value, INFINITY, false, &settings->exposure);
-    default:
-        return -1;
-    }
-}
-
-bool cli_check_render_options(const hpr_job_render_options *settings)
-{
-    if (settings->exposure > 0 && !settings->preview) {
-        cli_complain("--exposure '%g' is for previews only: add --png", settings->exposure);
-        return false;
-    }
-    return true;
 }
 
 static bool take_isa(cli_run *run, const char *text)

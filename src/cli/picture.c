@@ -44,6 +44,7 @@ static const cli_verb verb = {
                 "   or: hprad formfactors MODEL [OPTIONS]          view factors between surfaces\n"
                 "   or: hprad reference SCENE [OPTIONS]            path tracing: the independent check\n"
                 "   or: hprad study SCENE [OPTIONS]                what accuracy costs: sweeps -> CSV\n"
+                "   or: hprad batch JOBS.json [OPTIONS]            many scenes, many views, resumable\n"
                 "       hprad VERB --help                          more on a verb",
     .about = "Diffuse global illumination by higher-order radiosity. Without a verb: solves the scene and\n"
              "renders every camera as an OpenEXR picture of radiance.\n"
@@ -65,16 +66,16 @@ static bool check_verb(int argc, const char **argv)
 {
     const char *word = argc > 1 ? argv[1] : NULL;
     if (!word) {
-        cli_complain(
-            "no input: expected a scene or a verb (solve, render, probe, formfactors, reference, study); "
-            "see 'hprad --help'");
+        cli_complain("no input: expected a scene or a verb (solve, render, probe, formfactors, reference, "
+                     "study, batch); "
+                     "see 'hprad --help'");
         return false;
     }
     if (word[0] && word[0] != '-' && !strpbrk(word, "./") && access(word, F_OK) != 0 && errno == ENOENT) {
-        cli_complain(
-            "'%s' is neither a verb (solve, render, probe, formfactors, reference, study) nor a file; see "
-            "'hprad --help'",
-            word);
+        cli_complain("'%s' is neither a verb (solve, render, probe, formfactors, reference, study, batch) "
+                     "nor a file; see "
+                     "'hprad --help'",
+                     word);
         return false;
     }
     for (int i = 1; i < argc; i++) {
@@ -96,7 +97,7 @@ int cli_picture(int argc, const char **argv)
     hpr_job_render_options_init(&chosen.render);
     cli_run run;
     int code = cli_parse(&run, &verb, &chosen, argc, argv);
-    if (code == CLI_GO_ON && !cli_check_render_options(&chosen.render))
+    if (code == CLI_GO_ON && (!cli_check_solve(&chosen.solve) || !cli_check_render_options(&chosen.render)))
         code = CLI_USAGE;
     if (code == CLI_GO_ON)
         code = cli_open(&run);
@@ -106,10 +107,9 @@ int cli_picture(int argc, const char **argv)
         chosen.render.events = cli_events(&run);
         chosen.render.environment_count = chosen.solve.environment.count;
         chosen.render.environment = chosen.solve.environment.radiance;
-        hpr_job_picture_options job = {.report_path = chosen.solve.report_path,
-                                       .read = chosen.solve.read,
-                                       .solve = chosen.solve.solve,
-                                       .pictures = chosen.render};
+        chosen.render.report_path = chosen.solve.report_path;
+        hpr_job_picture_options job = {
+            .read = chosen.solve.read, .solve = chosen.solve.solve, .pictures = chosen.render};
         hpr_job_result result;
         hpr_status status = hpr_job_picture(run.context, run.operand[0], &job, &result);
         code = cli_conclude(&run, status, result.step);

@@ -103,7 +103,7 @@ int cli_reference(int argc, const char **argv)
         cli_mind_stdout(&run, chosen.job.pictures.pattern);
         cli_mind_stdout(&run, chosen.scene.report_path);
         chosen.job.read = chosen.scene.read;
-        chosen.job.report_path = chosen.scene.report_path;
+        chosen.job.pictures.report_path = chosen.scene.report_path;
         chosen.job.pictures.environment_count = chosen.scene.environment.count;
         chosen.job.pictures.environment = chosen.scene.environment.radiance;
         chosen.job.pictures.events = cli_events(&run);

@@ -1,7 +1,7 @@
 /* hprad render */
 #include "cli/cli.h"
 
-enum { OPTION_OUTPUT = CLI_OPTION_OWN, OPTION_ENVIRONMENT };
+enum { OPTION_OUTPUT = CLI_OPTION_OWN, OPTION_ENVIRONMENT, OPTION_REPORT };
 
 typedef struct settings {
     hpr_job_render_options job;
@@ -16,6 +16,8 @@ static const struct poptOption options[] = {
     {"environment", 0, POPT_ARG_STRING, NULL, OPTION_ENVIRONMENT,
      "of a scene that is solved first: uniform radiance from outside, W/m2/sr (a solution has its own)",
      "L|R,G,B"},
+    {"report", 0, POPT_ARG_STRING, NULL, OPTION_REPORT, "write what was done and what it cost as JSON",
+     "R.json"},
     {NULL, 0, POPT_ARG_INCLUDE_TABLE, (void *)cli_render_options, 0, "What to show:", NULL},
     {NULL, 0, POPT_ARG_INCLUDE_TABLE, (void *)cli_common_options, 0, "Common:", NULL},
     POPT_TABLEEND};
@@ -25,6 +27,8 @@ static bool take(void *user, int id, const char *value)
     settings *chosen = user;
     if (id == OPTION_ENVIRONMENT)
         return cli_take_environment(value, &chosen->environment);
+    if (id == OPTION_REPORT)
+        return cli_path("--report", value, &chosen->job.report_path);
     if (id != OPTION_OUTPUT)
         return cli_take_render_option(&chosen->job, id, value) > 0;
     chosen->job.pattern = value;
@@ -40,7 +44,8 @@ static const cli_verb verb = {
         "\"camera0\", a repeated name gets _1) and {frame} or {frame:04} the number of the picture from 0.\n"
         "One name for several cameras is refused.\n",
     .examples = "  hprad render box.glb -o 'views/{camera}.exr' --png --samples 16\n"
-                "  hprad render box.glb -o door.exr --camera door --size 1920x1080\n",
+                "  hprad render box.glb -o door.exr --camera door --size 1920x1080\n"
+                "  hprad render box.glb -o 'turn/{frame:04}.exr' --camera 0 --orbit 100\n",
     .operand_count = 1,
     .operand_names = "one solution or scene",
     .options = options,
@@ -59,6 +64,7 @@ int cli_render(int argc, const char **argv)
         code = cli_open(&run);
     if (code == CLI_GO_ON) {
         cli_mind_stdout(&run, chosen.job.pattern);
+        cli_mind_stdout(&run, chosen.job.report_path);
         chosen.job.events = cli_events(&run);
         chosen.job.environment_count = chosen.environment.count;
         chosen.job.environment = chosen.environment.radiance;

@@ -69,7 +69,8 @@ int cli_solve(int argc, const char **argv)
     hpr_baseline_options_init(&chosen.method.baseline);
     cli_run run;
     int code = cli_parse(&run, &verb, &chosen, argc, argv);
-    if (code == CLI_GO_ON && !cli_check_method(&chosen.method, &chosen.solve))
+    if (code == CLI_GO_ON &&
+        (!cli_check_solve(&chosen.solve) || !cli_check_method(&chosen.method, &chosen.solve)))
         code = CLI_USAGE;
     if (code == CLI_GO_ON)
         code = cli_open(&run);

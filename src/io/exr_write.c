@@ -4,6 +4,7 @@
  * depends on when or by how many threads it was made.
  */
 #include "io/atomic_file.h"
+#include "io/exr_channels.h"
 
 #include <hprad/render.h>
 #include <hprad/version.h>
@@ -18,11 +19,15 @@ typedef struct sink {
     hpr_status status; /* of the sink itself, which OpenEXR would take for a fault of the disk */
 } sink;
 
-/* Lengths of names are OpenEXR's. The level is the one that OpenEXR itself moved to: 9 is slower, hardly
- * smaller. */
-enum { SHORT_NAME = 31, LONG_NAME = 255, ZIP_LEVEL = 4 };
+/* The level is the one that OpenEXR itself moved to: 9 is slower, hardly smaller. */
+enum { ZIP_LEVEL = 4, TILE = 64 };
 
-static const char variance_layer[] = "variance.";
+/* What is written. */
+typedef struct picture {
+    const hpr_image *image;
+    const hpr_image_labels *labels;
+    const hpr_exr_channels *channels;
+} picture;
 
 static hpr_status status_of(exr_result_t result)
 {
@@ -75,90 +80,56 @@ static int64_t take_bytes(exr_const_context_t exr, void *user, const void *buffe
     return (int64_t)bytes;
 }
 
-static const char *channel_name(const hpr_image *image, const hpr_image_labels *labels, size_t channel)
-{
-    static const char *const rgb[] = {"R", "G", "B"};
-    if (labels && labels->channel_name)
-        return labels->channel_name[channel];
-    return image->channel_count == 3 ? rgb[channel] : "Y";
-}
-
-/* Name of its variance; empty if the picture has none. */
-static void variance_name(const hpr_image *image, const hpr_image_labels *labels, size_t channel,
-                          char name[LONG_NAME + 1])
-{
-    name[0] = '\0';
-    if (image->variance)
-        snprintf(name, LONG_NAME + 1, "%s%s", variance_layer, channel_name(image, labels, channel));
-}
-
-static bool is_rgb(const hpr_image *image, const hpr_image_labels *labels)
-{
-    return image->channel_count == 3 && !strcmp(channel_name(image, labels, 0), "R") &&
-           !strcmp(channel_name(image, labels, 1), "G") && !strcmp(channel_name(image, labels, 2), "B");
-}
-
-static hpr_status check_image(hpr_context *ctx, const hpr_image *image, const hpr_image_labels *labels)
-{
-    size_t n = image->channel_count;
-    if (image->width < 1 || image->height < 1 || n < 1 || !image->radiance || !image->coverage)
-        return hpr_fail(ctx, HPR_ERR_ARG, "a picture of %d x %d pixels and %zu channels cannot be written",
-                        image->width, image->height, n);
-    bool named = labels && labels->channel_name;
-    if (!named && n != 1 && n != 3)
-        return hpr_fail(ctx, HPR_ERR_ARG, "a picture of %zu channels needs their names", n);
-    if ((uint64_t)image->width * n * sizeof(float) > INT32_MAX)
-        return hpr_fail(ctx, HPR_ERR_ARG, "a picture of %d pixels in %zu channels is too wide", image->width,
-                        n);
-    for (size_t c = 0; c < n; c++) {
-        const char *name = channel_name(image, labels, c);
-        if (!name || !name[0] || !strcmp(name, "A"))
-            return hpr_fail(ctx, HPR_ERR_ARG, "channel %zu of a picture has the name '%s'", c,
-                            name ? name : "");
-        size_t layer = strlen(variance_layer);
-        if (image->variance && (strlen(name) + layer > LONG_NAME || !strncmp(name, variance_layer, layer)))
-            return hpr_fail(ctx, HPR_ERR_ARG, "channel '%s' leaves no name for its variance", name);
-        for (size_t d = 0; d < c; d++) {
-            if (!strcmp(name, channel_name(image, labels, d)))
-                return hpr_fail(ctx, HPR_ERR_ARG, "two channels of a picture have the name '%s'", name);
-        }
-    }
-    return HPR_OK;
-}
-
 static exr_result_t set_text(exr_context_t exr, const char *name, const char *text)
 {
     return text && text[0] ? exr_attr_set_string(exr, 0, name, text) : EXR_ERR_SUCCESS;
 }
 
-static exr_result_t describe(exr_context_t exr, const hpr_image *image, const hpr_image_labels *labels)
+static exr_result_t add_channels(exr_context_t exr, const hpr_exr_channels *list)
+{
+    static const exr_pixel_type_t type[] = {
+        [HPR_EXR_FLOAT] = EXR_PIXEL_FLOAT, [HPR_EXR_HALF] = EXR_PIXEL_HALF, [HPR_EXR_UINT] = EXR_PIXEL_UINT};
+    exr_result_t result = EXR_ERR_SUCCESS;
+    for (size_t i = 0; result == EXR_ERR_SUCCESS && i < list->count; i++) {
+        const hpr_exr_channel *channel = list->channel + i;
+        result =
+            exr_add_channel(exr, 0, channel->name, type[channel->kind],
+                            channel->colour ? EXR_PERCEPTUALLY_LOGARITHMIC : EXR_PERCEPTUALLY_LINEAR, 1, 1);
+    }
+    return result;
+}
+
+/* A window of a picture is its data window; what is around it is told by the display window. */
+static exr_result_t add_windows(exr_context_t exr, const hpr_image *image, bool tiled)
+{
+    const exr_attr_box2i_t data = {
+        .min = {.x = image->left, .y = image->top},
+        .max = {.x = image->left + image->width - 1, .y = image->top + image->height - 1}};
+    exr_attr_box2i_t display = data;
+    if (image->full_width && image->full_height)
+        display = (exr_attr_box2i_t){.max = {.x = image->full_width - 1, .y = image->full_height - 1}};
+    const exr_attr_v2f_t centre = {.x = 0, .y = 0};
+    exr_result_t result = exr_initialize_required_attr(exr, 0, &display, &data, 1, &centre, 1,
+                                                       EXR_LINEORDER_INCREASING_Y, EXR_COMPRESSION_ZIP);
+    if (result == EXR_ERR_SUCCESS && tiled)
+        result = exr_set_tile_descriptor(exr, 0, TILE, TILE, EXR_TILE_ONE_LEVEL, EXR_TILE_ROUND_DOWN);
+    return result;
+}
+
+static exr_result_t describe(exr_context_t exr, const picture *p)
 {
     static const exr_attr_chromaticities_t rec709 = {0.64f, 0.33f, 0.30f,   0.60f,
                                                      0.15f, 0.06f, 0.3127f, 0.3290f};
     int part;
-    bool long_names = false;
-    char variance[LONG_NAME + 1];
-    for (size_t c = 0; c < image->channel_count; c++) {
-        variance_name(image, labels, c, variance);
-        long_names = long_names || strlen(channel_name(image, labels, c)) > SHORT_NAME ||
-                     strlen(variance) > SHORT_NAME;
-    }
-    exr_result_t result = exr_set_longname_support(exr, long_names);
+    bool tiled = p->labels && p->labels->tiled;
+    exr_result_t result = exr_set_longname_support(exr, p->channels->long_names);
     if (result == EXR_ERR_SUCCESS)
-        result = exr_add_part(exr, NULL, EXR_STORAGE_SCANLINE, &part);
+        result = exr_add_part(exr, NULL, tiled ? EXR_STORAGE_TILED : EXR_STORAGE_SCANLINE, &part);
     if (result == EXR_ERR_SUCCESS)
-        result =
-            exr_initialize_required_attr_simple(exr, 0, image->width, image->height, EXR_COMPRESSION_ZIP);
-    for (size_t c = 0; result == EXR_ERR_SUCCESS && c < image->channel_count; c++) {
-        variance_name(image, labels, c, variance);
-        result = exr_add_channel(exr, 0, channel_name(image, labels, c), EXR_PIXEL_FLOAT,
-                                 EXR_PERCEPTUALLY_LOGARITHMIC, 1, 1);
-        if (result == EXR_ERR_SUCCESS && image->variance)
-            result = exr_add_channel(exr, 0, variance, EXR_PIXEL_FLOAT, EXR_PERCEPTUALLY_LINEAR, 1, 1);
-    }
+        result = add_windows(exr, p->image, tiled);
     if (result == EXR_ERR_SUCCESS)
-        result = exr_add_channel(exr, 0, "A", EXR_PIXEL_FLOAT, EXR_PERCEPTUALLY_LOGARITHMIC, 1, 1);
-    if (result == EXR_ERR_SUCCESS && is_rgb(image, labels)) {
+        result = add_channels(exr, p->channels);
+    if (result == EXR_ERR_SUCCESS && p->channels->rgb) {
         result = exr_attr_set_chromaticities(exr, 0, "chromaticities", &rec709);
         if (result == EXR_ERR_SUCCESS)
             result = set_text(exr, "colorInteropID", "lin_rec709_scene");
@@ -167,10 +138,10 @@ static exr_result_t describe(exr_context_t exr, const hpr_image *image, const hp
     snprintf(software, sizeof software, "hprad %s", hpr_version());
     if (result == EXR_ERR_SUCCESS)
         result = set_text(exr, "software", software);
-    if (result == EXR_ERR_SUCCESS && labels)
-        result = set_text(exr, "scene", labels->scene);
-    if (result == EXR_ERR_SUCCESS && labels)
-        result = set_text(exr, "camera", labels->camera);
+    if (result == EXR_ERR_SUCCESS && p->labels)
+        result = set_text(exr, "scene", p->labels->scene);
+    if (result == EXR_ERR_SUCCESS && p->labels)
+        result = set_text(exr, "camera", p->labels->camera);
     return result;
 }
 
@@ -189,65 +160,104 @@ static exr_result_t compress_chunk(exr_encode_pipeline_t *pipe)
     return result;
 }
 
-/* Points every channel of the chunk that begins at line y to its pixels. */
-static void aim(exr_encode_pipeline_t *pipe, const hpr_image *image, const hpr_image_labels *labels, int y)
+/* Points every channel of the chunk to its pixels; (x, y) is its corner in the image. */
+static void aim(exr_encode_pipeline_t *pipe, const picture *p, int x, int y)
 {
-    size_t n = image->channel_count, row = (size_t)y * (size_t)image->width;
-    char variance[LONG_NAME + 1];
+    size_t first = (size_t)y * (size_t)p->image->width + (size_t)x;
     for (int i = 0; i < pipe->channel_count; i++) {
         exr_coding_channel_info_t *channel = pipe->channels + i;
-        const float *from = image->coverage + row;
-        size_t stride = sizeof(float);
-        for (size_t c = 0; c < n; c++) {
-            const float *values = NULL;
-            variance_name(image, labels, c, variance);
-            if (!strcmp(channel->channel_name, channel_name(image, labels, c)))
-                values = image->radiance;
-            else if (!strcmp(channel->channel_name, variance))
-                values = image->variance;
-            if (values) {
-                from = values + row * n + c;
-                stride = n * sizeof(float);
-            }
-        }
-        channel->encode_from_ptr = (const uint8_t *)from;
-        channel->user_pixel_stride = (int32_t)stride;
-        channel->user_line_stride = (int32_t)(stride * (size_t)image->width);
+        size_t c = 0;
+        while (strcmp(channel->channel_name, p->channels->channel[c].name) != 0)
+            c++; /* the file has no others */
+        const hpr_exr_channel *from = p->channels->channel + c;
+        channel->encode_from_ptr = (const uint8_t *)from->pixel + first * from->stride;
+        channel->user_pixel_stride = (int32_t)from->stride;
+        channel->user_line_stride = (int32_t)(from->stride * (size_t)p->image->width);
         channel->user_bytes_per_element = sizeof(float);
-        channel->user_data_type = EXR_PIXEL_FLOAT;
+        channel->user_data_type = from->kind == HPR_EXR_UINT ? EXR_PIXEL_UINT : EXR_PIXEL_FLOAT;
     }
 }
 
-static exr_result_t write_pixels(exr_context_t exr, const hpr_image *image, const hpr_image_labels *labels)
+/* What encoding keeps from chunk to chunk. */
+typedef struct encoder {
+    exr_encode_pipeline_t pipe;
+    exr_result_t (*compress)(exr_encode_pipeline_t *);
+    bool begun;
+} encoder;
+
+static exr_result_t write_chunk(exr_context_t exr, encoder *e, const exr_chunk_info_t *chunk,
+                                const picture *p, int x, int y)
 {
-    exr_encode_pipeline_t pipe = EXR_ENCODE_PIPELINE_INITIALIZER;
-    exr_result_t (*compress)(exr_encode_pipeline_t *) = NULL;
+    exr_result_t result = e->begun ? exr_encoding_update(exr, 0, chunk, &e->pipe)
+                                   : exr_encoding_initialize(exr, 0, chunk, &e->pipe);
+    if (result != EXR_ERR_SUCCESS)
+        return result;
+    aim(&e->pipe, p, x, y);
+    if (!e->begun) {
+        result = exr_encoding_choose_default_routines(exr, 0, &e->pipe);
+        e->compress = e->pipe.compress_fn;
+        e->pipe.encoding_user_data = &e->compress;
+        if (e->compress)
+            e->pipe.compress_fn = compress_chunk;
+    }
+    e->begun = true;
+    return result == EXR_ERR_SUCCESS ? exr_encoding_run(exr, 0, &e->pipe) : result;
+}
+
+static exr_result_t write_lines(exr_context_t exr, encoder *e, const picture *p)
+{
     int32_t lines = 0;
     exr_result_t result = exr_get_scanlines_per_chunk(exr, 0, &lines);
-    for (int y = 0; result == EXR_ERR_SUCCESS && y < image->height; y += lines) {
+    for (int y = 0; result == EXR_ERR_SUCCESS && y < p->image->height; y += lines) {
         exr_chunk_info_t chunk;
-        result = exr_write_scanline_chunk_info(exr, 0, y, &chunk);
+        result = exr_write_scanline_chunk_info(exr, 0, p->image->top + y, &chunk);
         if (result == EXR_ERR_SUCCESS)
-            result = y == 0 ? exr_encoding_initialize(exr, 0, &chunk, &pipe)
-                            : exr_encoding_update(exr, 0, &chunk, &pipe);
-        if (result != EXR_ERR_SUCCESS)
-            break;
-        aim(&pipe, image, labels, y);
-        if (y == 0) {
-            result = exr_encoding_choose_default_routines(exr, 0, &pipe);
-            compress = pipe.compress_fn;
-            pipe.encoding_user_data = &compress;
-            if (compress)
-                pipe.compress_fn = compress_chunk;
-        }
-        if (result == EXR_ERR_SUCCESS)
-            result = exr_encoding_run(exr, 0, &pipe);
+            result = write_chunk(exr, e, &chunk, p, 0, y);
     }
-    exr_encoding_destroy(exr, &pipe);
     return result;
 }
 
-static hpr_status encode(sink *out, const hpr_image *image, const hpr_image_labels *labels)
+static exr_result_t write_tiles(exr_context_t exr, encoder *e, const picture *p)
+{
+    exr_result_t result = EXR_ERR_SUCCESS;
+    for (int y = 0; y < p->image->height; y += TILE) {
+        for (int x = 0; result == EXR_ERR_SUCCESS && x < p->image->width; x += TILE) {
+            exr_chunk_info_t chunk;
+            result = exr_write_tile_chunk_info(exr, 0, x / TILE, y / TILE, 0, 0, &chunk);
+            if (result == EXR_ERR_SUCCESS)
+                result = write_chunk(exr, e, &chunk, p, x, y);
+        }
+    }
+    return result;
+}
+
+static exr_result_t write_pixels(exr_context_t exr, const picture *p)
+{
+    encoder e = {.pipe = EXR_ENCODE_PIPELINE_INITIALIZER};
+    exr_result_t result = p->labels && p->labels->tiled ? write_tiles(exr, &e, p) : write_lines(exr, &e, p);
+    exr_encoding_destroy(exr, &e.pipe);
+    return result;
+}
+
+/* Half ends at 65504; what is above rounds to infinity, and that should not pass unseen. */
+static void warn_of_range(const sink *out, const picture *p)
+{
+    static const float largest = 65504;
+    size_t pixels = (size_t)p->image->width * (size_t)p->image->height, beyond = 0;
+    for (size_t c = 0; c < p->channels->count; c++) {
+        const hpr_exr_channel *channel = p->channels->channel + c;
+        for (size_t i = 0; channel->kind == HPR_EXR_HALF && i < pixels; i++) {
+            float value;
+            memcpy(&value, (const char *)channel->pixel + i * channel->stride, sizeof value);
+            beyond += value > largest || value < -largest;
+        }
+    }
+    if (beyond)
+        hpr_warn(out->context, "'%s': %zu values are beyond 65504 and infinite in half precision", out->path,
+                 beyond);
+}
+
+static hpr_status encode(sink *out, const picture *p)
 {
     exr_context_t exr = NULL;
     exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
@@ -257,11 +267,11 @@ static hpr_status encode(sink *out, const hpr_image *image, const hpr_image_labe
     init.zip_level = ZIP_LEVEL;
     exr_result_t result = exr_start_write(&exr, out->path, EXR_WRITE_FILE_DIRECTLY, &init);
     if (result == EXR_ERR_SUCCESS)
-        result = describe(exr, image, labels);
+        result = describe(exr, p);
     if (result == EXR_ERR_SUCCESS)
         result = exr_write_header(exr);
     if (result == EXR_ERR_SUCCESS)
-        result = write_pixels(exr, image, labels);
+        result = write_pixels(exr, p);
     hpr_status status = check(out, result);
     if (exr) {
         result = exr_finish(&exr);
@@ -275,19 +285,24 @@ hpr_status hpr_image_write_exr(hpr_context *ctx, const hpr_image *image, const h
                                const char *path)
 {
     hpr_context_clear_error(ctx);
-    hpr_status status = check_image(ctx, image, labels);
+    hpr_exr_channels channels;
+    hpr_status status = hpr_exr_channels_create(ctx, image, labels, &channels);
     if (status != HPR_OK)
         return status;
+    const picture p = {.image = image, .labels = labels, .channels = &channels};
     hpr_atomic_file file;
     sink out = {.context = ctx, .path = path};
     status = hpr_atomic_open(ctx, path, &file); /* first: a bad path is the commonest mistake */
     if (status == HPR_OK)
-        status = encode(&out, image, labels);
+        status = encode(&out, &p);
     if (status == HPR_OK)
         status = hpr_atomic_write(&file, out.data, out.bytes);
     if (status == HPR_OK)
         status = hpr_atomic_commit(&file);
+    if (status == HPR_OK)
+        warn_of_range(&out, &p);
     hpr_atomic_abort(&file);
     hpr_release(ctx, out.data);
+    hpr_exr_channels_release(ctx, &channels);
     return status;
 }

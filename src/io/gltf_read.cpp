@@ -7,8 +7,12 @@
 namespace
 {
 
+/* What the file is read for. */
+enum class part { all, cameras };
+
 /* On return the scene is complete, or an exception is on its way and `scene` holds what there is of it. */
-void read_scene(hpr_context *ctx, const char *path, const hpr_read_options &options, hpr_scene *&scene)
+void read_scene(hpr_context *ctx, const char *path, const hpr_read_options &options, part wanted,
+                hpr_scene *&scene)
 {
     gltf::document doc;
     doc.context = ctx;
@@ -16,6 +20,10 @@ void read_scene(hpr_context *ctx, const char *path, const hpr_read_options &opti
     gltf::open_document(doc);
     gltf::check(hpr_scene_create(ctx, path, 3, nullptr, &scene));
     std::vector<gltf::placed_node> nodes = gltf::place_nodes(doc, options);
+    if (wanted == part::cameras) {
+        gltf::add_cameras(doc, nodes, scene);
+        return;
+    }
     gltf::texture_set textures(doc);
     std::vector<gltf::material_use> materials = gltf::add_materials(doc, textures, options, scene);
     gltf::add_meshes(doc, textures, materials, nodes, scene);
@@ -38,10 +46,8 @@ hpr_status check_options(hpr_context *ctx, const char *path, const hpr_read_opti
     return HPR_OK;
 }
 
-} // namespace
-
-extern "C" hpr_status hpr_scene_read(hpr_context *ctx, const char *path, const hpr_read_options *options,
-                                     hpr_scene **out)
+hpr_status read(hpr_context *ctx, const char *path, const hpr_read_options *options, part wanted,
+                hpr_scene **out)
 {
     hpr_read_options chosen;
     hpr_read_options_init(&chosen);
@@ -54,7 +60,7 @@ extern "C" hpr_status hpr_scene_read(hpr_context *ctx, const char *path, const h
         return status;
     hpr_scene *scene = nullptr;
     try {
-        read_scene(ctx, path, chosen, scene);
+        read_scene(ctx, path, chosen, wanted, scene);
     } catch (const gltf::fault &f) {
         status = f.text.empty() ? f.status : hpr_fail(ctx, f.status, "%s", f.text.c_str());
     } catch (const std::bad_alloc &) {
@@ -70,4 +76,18 @@ extern "C" hpr_status hpr_scene_read(hpr_context *ctx, const char *path, const h
         hpr_scene_destroy(&scene);
     *out = scene;
     return status;
+}
+
+} // namespace
+
+extern "C" hpr_status hpr_scene_read(hpr_context *ctx, const char *path, const hpr_read_options *options,
+                                     hpr_scene **out)
+{
+    return read(ctx, path, options, part::all, out);
+}
+
+extern "C" hpr_status hpr_scene_read_cameras(hpr_context *ctx, const char *path,
+                                             const hpr_read_options *options, hpr_scene **out)
+{
+    return read(ctx, path, options, part::cameras, out);
 }

@@ -1,10 +1,8 @@
-/* 8-bit previews as PNG, through libpng's simplified interface. */
-#include "io/atomic_file.h"
+/* 8-bit previews as PNG. */
+#include "io/png_file.h"
 
 #include <hprad/render.h>
 #include <math.h>
-#include <png.h>
-#include <string.h>
 
 static const double middle_grey = 0.18;
 
@@ -15,11 +13,11 @@ static double srgb(double linear)
 }
 
 /* 0 .. 1 to 0 .. 255; what is no number is black. */
-static png_byte quantise(double value)
+static unsigned char quantise(double value)
 {
     if (!(value > 0))
         return 0;
-    return (png_byte)floor(255 * fmin(value, 1) + 0.5);
+    return (unsigned char)floor(255 * fmin(value, 1) + 0.5);
 }
 
 static double luminance(const float *radiance, size_t channel_count)
@@ -67,7 +65,7 @@ static bool has_holes(const hpr_image *image)
 }
 
 /* Pixels of n + alpha bytes. PNG's alpha is not premultiplied, so colours are divided by it. */
-static void convert(const hpr_image *image, double exposure, bool alpha, png_byte *bytes)
+static void convert(const hpr_image *image, double exposure, bool alpha, unsigned char *bytes)
 {
     size_t n = image->channel_count, pixels = (size_t)image->width * (size_t)image->height;
     for (size_t i = 0; i < pixels; i++) {
@@ -80,28 +78,6 @@ static void convert(const hpr_image *image, double exposure, bool alpha, png_byt
         if (alpha)
             *bytes++ = quantise(coverage);
     }
-}
-
-/* Into memory first: libpng would swallow what the disk has to say. */
-static hpr_status encode(hpr_atomic_file *file, const hpr_image *image, bool alpha, const png_byte *bytes)
-{
-    png_image png = {.version = PNG_IMAGE_VERSION};
-    png.width = (png_uint_32)image->width;
-    png.height = (png_uint_32)image->height;
-    png.format =
-        (image->channel_count == 3 ? PNG_FORMAT_FLAG_COLOR : 0u) | (alpha ? PNG_FORMAT_FLAG_ALPHA : 0u);
-    png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
-    void *memory = NULL;
-    hpr_status status = hpr_allocate_into(file->context, &memory, size, 1, "a compressed preview");
-    if (status != HPR_OK)
-        return status;
-    if (png_image_write_to_memory(&png, memory, &size, 0, bytes, 0, NULL))
-        status = hpr_atomic_write(file, memory, size);
-    else
-        status =
-            hpr_fail(file->context, HPR_ERR_IO, "cannot write '%s': libpng: %s", file->path, png.message);
-    hpr_release(file->context, memory);
-    return status;
 }
 
 static hpr_status check_image(hpr_context *ctx, const hpr_image *image, double exposure)
@@ -127,7 +103,7 @@ hpr_status hpr_image_write_png(hpr_context *ctx, const hpr_image *image, double 
     if (exposure == 0)
         exposure = auto_exposure(image);
     bool alpha = has_holes(image);
-    png_byte *bytes = NULL;
+    unsigned char *bytes = NULL;
     hpr_atomic_file file;
     status = hpr_atomic_open(ctx, path, &file);
     if (status == HPR_OK)
@@ -135,7 +111,8 @@ hpr_status hpr_image_write_png(hpr_context *ctx, const hpr_image *image, double 
                                    image->channel_count + alpha, "a preview");
     if (status == HPR_OK) {
         convert(image, exposure, alpha, bytes);
-        status = encode(&file, image, alpha, bytes);
+        unsigned format = (image->channel_count == 3 ? HPR_PNG_COLOUR : 0u) | (alpha ? HPR_PNG_ALPHA : 0u);
+        status = hpr_png_encode(&file, image->width, image->height, format, bytes);
     }
     if (status == HPR_OK)
         status = hpr_atomic_commit(&file);

@@ -42,8 +42,20 @@ static double find_opening(const hpr_reconstruction *reconstruction, size_t leaf
     return hpr_environment_opening(reconstruction->environment, e->patch[node], x).part;
 }
 
+bool hpr_reconstruct_parted(const hpr_reconstruction *reconstruction)
+{
+    return reconstruction->direct && (reconstruction->environment ||
+                                      reconstruction->solution->summary.environment == HPR_ENVIRONMENT_NONE);
+}
+
 void hpr_reconstruct_point(const hpr_reconstruction *reconstruction, size_t patch, double s, double t,
                            double *irradiance)
+{
+    hpr_reconstruct_parts(reconstruction, patch, s, t, irradiance, NULL);
+}
+
+void hpr_reconstruct_parts(const hpr_reconstruction *reconstruction, size_t patch, double s, double t,
+                           double *irradiance, double *indirect)
 {
     const hpr_solution *solution = reconstruction->solution;
     const hpr_elements *elements = solution->elements;
@@ -56,6 +68,8 @@ void hpr_reconstruct_point(const hpr_reconstruction *reconstruction, size_t patc
     hpr_frame_basis(&frame, leaf_s, leaf_t, basis);
     for (size_t c = 0; c < n; c++)
         irradiance[c] = 0;
+    for (size_t c = 0; c < n && indirect; c++)
+        indirect[c] = 0;
     if (!hpr_coverage_open(reconstruction->coverage, leaf, leaf_s, leaf_t))
         return;
     for (size_t k = 0; k < count; k++) {
@@ -72,6 +86,8 @@ void hpr_reconstruct_point(const hpr_reconstruction *reconstruction, size_t patc
         /* No light is negative: where the polynomial dips below 0, 0 is nearer to the truth. */
         if (reconstruction->direct)
             irradiance[c] = fmax(irradiance[c], 0);
+        if (indirect)
+            indirect[c] = irradiance[c];
         if (reconstruction->environment)
             irradiance[c] += pi * solution->environment[c] * open;
     }

@@ -29,4 +29,12 @@ void hpr_reconstruction_fini(hpr_reconstruction *reconstruction);
 void hpr_reconstruct_point(const hpr_reconstruction *reconstruction, size_t patch, double s, double t,
                            double *irradiance);
 
+/* The same, bit for bit, and indirect [channels]: what of it does not come straight from lamps or outside,
+ * where the solution keeps that apart (hpr_reconstruct_parted). */
+void hpr_reconstruct_parts(const hpr_reconstruction *reconstruction, size_t patch, double s, double t,
+                           double *irradiance, double *indirect);
+
+/* Whether direct light, of lamps and from outside, is evaluated at points, all of it. */
+bool hpr_reconstruct_parted(const hpr_reconstruction *reconstruction);
+
 #endif

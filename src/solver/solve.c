@@ -44,6 +44,10 @@ static hpr_status check_options(hpr_context *ctx, const hpr_solve_options *optio
                         HPR_MAX_GRADE);
     if (!(options->tolerance >= 0 && options->tolerance < 1))
         return hpr_fail(ctx, HPR_ERR_ARG, "tolerance %g is not in [0, 1)", options->tolerance);
+    if (options->tolerance > 0 && options->order != HPR_CHOOSE && options->order < 2)
+        return hpr_fail(ctx, HPR_ERR_ARG,
+                        "order %d tells nothing of what it leaves out: a tolerance needs at least 2",
+                        options->order);
     if (!(options->max_seconds >= 0 && options->max_bytes >= 0))
         return hpr_fail(ctx, HPR_ERR_ARG, "limits of %g s and %g bytes are not both 0 or more",
                         options->max_seconds, options->max_bytes);

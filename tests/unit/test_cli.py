@@ -17,23 +17,26 @@ SMALL = ("--size", "16x12", "--samples", "1")
 COARSE = ("--order", "0", "--subdivide", "1")
 
 COMMON = ["--threads", "--isa", "--quiet", "--verbose", "--version", "--help"]
-SOLVE = ["--order", "--subdivide", "--tol", "--environment", "--element-size", "--grade", "--link-tol", "--block-tol",
+SOLVE = ["--order", "--subdivide", "--tol", "--environment", "--refine", "--max-time", "--max-memory", "--element-size", "--grade", "--link-tol", "--block-tol",
          "--solver", "--max-sweeps", "--max-reflectance", "--metallic",
          "--scene-index", "--report"]
-RENDER = ["--camera", "--size", "--samples", "--png", "--exposure"]
+FILM = ["--camera", "--size", "--samples", "--png", "--exposure"]
+RENDER = [*FILM, "--camera-file", "--orbit", "--orbit-centre", "--frames", "--crop", "--filter", "--filter-width",
+          "--aov", "--half", "--tiled", "--false-colour", "--compare"]
 METHOD = ["--method", "--hemicube", "--rays", "--shots", "--every"]
-OPTIONS = {"": SOLVE + RENDER, "solve": SOLVE + METHOD, "render": [*RENDER, "--environment"], "probe": [],
+OPTIONS = {"": SOLVE + RENDER, "solve": SOLVE + METHOD, "render": [*RENDER, "--environment", "--report"], "probe": [],
+           "batch": ["--jobs", "--memory", "--shard", "--dry-run"],
            "formfactors": ["--tol", "--order", "--use-eps", "--scene-index"],
-           "reference": RENDER + ["--seed", "--environment", "--max-reflectance", "--metallic", "--scene-index", "--report"],
+           "reference": FILM + ["--seed", "--environment", "--max-reflectance", "--metallic", "--scene-index", "--report"],
            "study": ["--orders", "--subdivide", "--refine", "--method", "--direct", "--truth", "--points", "--repeats",
                      "--resume", "--json", "--feet", "--environment", "--link-tol", "--block-tol", "--solver", "--hemicube",
                      "--rays", "--max-reflectance", "--metallic", "--scene-index"]}
 
 # arguments after `hprad`: texts that the message must hold
 WRONG_USAGE = [
-    ((), ["solve, render, probe, formfactors, reference, study", "--help"]),
+    ((), ["solve, render, probe, formfactors, reference, study, batch", "--help"]),
     (("plan", "one.gltf"), ["'plan'", "verb", "file"]),
-    (("batch",), ["'batch'", "verb", "file"]),
+    (("batch",), ["no input", "one batch file"]),
     (("formfactors",), ["no input", "one model"]),
     (("--quiet", "solve", "one.gltf"), ["verb comes first", "solve"]),
     (("solve",), ["one scene"]),
@@ -47,7 +50,11 @@ WRONG_USAGE = [
     (("solve", "one.gltf", "--order"), ["--order", "missing argument"]),
     (("solve", "one.gltf", "--samples", "3"), ["--samples", "unknown option"]),
     (("render", "one.gltf", "--order", "3"), ["--order", "unknown option"]),
-    (("solve", "one.gltf", "--tol", "1e-3"), ["--tol '1e-3'", "--order", "--subdivide"]),
+    (("solve", "one.gltf", "--refine", "h"), ["--refine", "--tol"]),
+    (("solve", "one.gltf", "--max-time", "3"), ["--max-time", "--tol"]),
+    (("one.gltf", "--max-memory", "3M"), ["--max-memory", "--tol"]),
+    (("solve", "one.gltf", "--tol", "1e-2", "--method", "exact"), ["--tol", "--method galerkin"]),
+    (("solve", "one.gltf", "--tol", "1e-2", "--order", "1"), ["order 1", "at least 2"]),
     (("solve", "one.gltf", "-o", ""), ["empty"]),
     (("solve", "one.gltf", "--report", ""), ["--report"]),
     (("one.gltf", "-o", "{frames}.exr"), ["{frames}", "{camera}", "{frame:04}"]),
@@ -72,6 +79,15 @@ WRONG_USAGE = [
     (("solve", "one.gltf", "--method", "exact", "--order", "1"), ["order 1", "'exact'"]),
     (("solve", "one.gltf", "--solver", "direct"), ["'galerkin'", "full matrix"]),
     (("one.gltf", "--method", "exact"), ["--method", "unknown option"]),
+    (("one.gltf", "--orbit-centre", "0,1,2"), ["--orbit-centre", "--orbit"]),
+    (("render", "two.gltf", "--orbit", "3"), ["2 with --camera", "a_b"]),
+    (("render", "one.gltf", "-o", "x.exr", "--orbit", "3"), ["'x.exr'", "3 pictures", "{frame:04}"]),
+    (("render", "one.gltf", "--orbit", "3", "--frames", "2-3"), ["2 to 3", "0 to 2"]),
+    (("render", "one.glb", "--frames", "1"), ["1 to 1", "0 to 0"]),
+    (("render", "one.glb", "--size", "16x12", "--crop", "0,0,17,12"), ["0,0 to 17,12", "16 x 12"]),
+    (("render", "one.glb", "-o", "x.exr", "--compare", "{x}.exr"), ["{x}", "{camera}"]),
+    (("render", "one.glb", "-o", "points.csv", "--compare", "points.csv"), ["'points.csv'", "is read"]),
+    (("render", "one.glb", "-o", "one.gltf", "--camera-file", "one.gltf"), ["'one.gltf'", "input"]),
     (("solve", "one.gltf", "-o", "one.gltf"), ["'one.gltf'", "input"]),
     (("solve", "one.gltf", "-o", "link.gltf"), ["'link.gltf'", "input"]),
     (("solve", "one.gltf", "--report", "./one.gltf"), ["'./one.gltf'", "input"]),
@@ -101,10 +117,20 @@ BAD_VALUES = {
     "--max-reflectance": ["0", "1.01", "nan"],
     "--metallic": ["grey", ""],
     "--scene-index": ["-1", "first"],
-    "--tol": ["0", "x", "nan"],
+    "--tol": ["0", "1", "x", "nan"],
     "--size": ["640", "640x", "x480", "0x480", "640x480x3", "640X480", "-640x480", "99999x1", ""],
     "--samples": ["0", "-4", "4.5"],
     "--exposure": ["0", "-1", "inf", "bright"],
+    "--camera-file": [""],
+    "--orbit": ["0", "-3", "x", "1000001"],
+    "--orbit-centre": ["", "1,2", "1,2,3,4", "1,2,x", "1;2;3", "nan,0,0", "1e999,0,0"],
+    "--frames": ["", "x", "-1", "3-2", "1-2-3", "1,2", "1-", "99999999999999999"],
+    "--crop": ["", "1,2,3", "0,0,0,1", "0,5,1,5", "-1,0,1,1", "0,0,1,1,1", "0 0 1 1"],
+    "--filter": ["", "mitchell"],
+    "--filter-width": ["0", "17", "-1", "wide"],
+    "--aov": ["", "depth", "N,", "N,,P", "irradiance.R", "n"],
+    "--false-colour": ["", "0", "-2", "viridis"],
+    "--compare": [""],
 }
 
 
@@ -164,6 +190,10 @@ def check_inputs(command):
     cases = [(("missing.gltf",), ["missing.gltf", "No such file"]),
              (("solve", "missing.gltf", "-o", "x.glb"), ["missing.gltf", "No such file"]),
              (("render", "missing.glb", "-o", "x.exr"), ["missing.glb", "No such file"]),
+             (("render", "one.glb", "-o", "x.exr", "--camera-file", "missing.gltf"), ["missing.gltf", "No such file"]),
+             (("render", "one.glb", "-o", "x.exr", "--camera-file", "dark.gltf"), ["dark.gltf", "no camera"]),
+             (("render", "one.glb", "-o", "x.exr", "--compare", "missing.exr"), ["missing.exr", "No such file"]),
+             (("render", "one.glb", "-o", "x.exr", "--compare", "garbage.gltf"), ["garbage.gltf", "OpenEXR"]),
              (("solve", "empty.gltf"), ["empty.gltf"]),
              (("solve", "garbage.gltf"), ["garbage.gltf"]),
              (("solve", "folder.gltf"), ["folder.gltf"]),

@@ -249,11 +249,11 @@ static void channels_that_leave_no_name_are_refused(void **state)
     char longest[248];
     memset(longest, 'x', 247);
     longest[247] = '\0';
-    const char *const bad[] = {"variance.R", longest};
+    const char *const taken[] = {"R", "variance.R"}, *const too_long[] = {longest};
     for (int i = 0; i < 2; i++) {
         picture p;
-        const hpr_image_labels labels = {.channel_name = bad + i};
-        fill(&p, 4, 4, 1, false);
+        const hpr_image_labels labels = {.channel_name = i ? too_long : taken};
+        fill(&p, 4, 4, i ? 1 : 2, false);
         add_variances(&p);
         assert_int_equal(hpr_image_write_exr(f->context, &p.image, &labels, in_folder(f, "a.exr")),
                          HPR_ERR_ARG);
@@ -264,6 +264,75 @@ static void channels_that_leave_no_name_are_refused(void **state)
         longest[246] = 'x';
         empty(&p);
     }
+}
+
+/* Layers, numbers and a window of a larger picture, in scanlines and tiles, whole and half: read by our own
+ * reader, which the tests of the command compare with one in Python. */
+static void layers_and_windows_read_back(void **state)
+{
+    fixture *f = *state;
+    enum { WIDTH = 150, HEIGHT = 70 };
+    static uint32_t number[WIDTH * HEIGHT];
+    for (uint32_t i = 0; i < WIDTH * HEIGHT; i++)
+        number[i] = UINT32_MAX - i;
+    for (int i = 0; i < 4; i++) {
+        picture p;
+        hpr_image back;
+        fill(&p, WIDTH, HEIGHT, 3, false);
+        p.image.left = 7;
+        p.image.top = 11;
+        p.image.full_width = 200;
+        p.image.full_height = 100;
+        p.image.layer[HPR_LAYER_IRRADIANCE] = p.image.layer[HPR_LAYER_POSITION] = p.image.radiance;
+        p.image.layer[HPR_LAYER_DEPTH] = p.image.coverage;
+        p.image.element = number;
+        const hpr_image_labels labels = {.channel_name = rgb, .half = i & 1, .tiled = i >> 1};
+        const char *const *names[] = {rgb,
+                                      (const char *const[]){"irradiance.R", "irradiance.G", "irradiance.B"},
+                                      (const char *const[]){"P.X", "P.Y", "P.Z"}};
+        assert_int_equal(hpr_image_write_exr(f->context, &p.image, &labels, in_folder(f, "a.exr")), HPR_OK);
+        for (int layer = 0; layer < 3; layer++) {
+            assert_int_equal(hpr_image_read_exr(f->context, in_folder(f, "a.exr"), 3, names[layer], &back),
+                             HPR_OK);
+            assert_true(back.width == WIDTH && back.height == HEIGHT && back.left == 7 && back.top == 11 &&
+                        back.full_width == 200 && back.full_height == 100);
+            double allowed = labels.half && layer < 2 ? 0x1p-11 : 0; /* half has 11 bits */
+            for (size_t k = 0; k < 3 * WIDTH * HEIGHT; k++)
+                assert_true(fabs((double)(back.radiance[k] - p.image.radiance[k])) <=
+                            allowed * (double)p.image.radiance[k]);
+            hpr_image_fini(f->context, &back);
+        }
+        const char *const element[] = {"elementId"};
+        assert_int_equal(hpr_image_read_exr(f->context, in_folder(f, "a.exr"), 1, element, &back), HPR_OK);
+        for (size_t k = 0; k < WIDTH * HEIGHT; k++)
+            assert_true(back.radiance[k] == (float)number[k]);
+        hpr_image_fini(f->context, &back);
+        empty(&p);
+    }
+}
+
+static void files_that_cannot_be_read_are_refused(void **state)
+{
+    fixture *f = *state;
+    picture p;
+    hpr_image back;
+    fill(&p, 40, 30, 3, true);
+    const char *path = in_folder(f, "a.exr");
+    static const char *const other[] = {"R", "G", "Y"};
+    assert_int_equal(hpr_image_write_exr(f->context, &p.image, NULL, path), HPR_OK);
+    assert_int_equal(hpr_image_read_exr(f->context, path, 3, other, &back), HPR_ERR_FORMAT);
+    hpr_image_fini(f->context, &back);
+    assert_int_equal(hpr_image_read_exr(f->context, in_folder(f, "no.exr"), 3, rgb, &back), HPR_ERR_IO);
+    size_t bytes;
+    unsigned char *whole = slurp(path, &bytes);
+    for (size_t cut = 0; cut < bytes; cut += bytes / 40) {
+        spill(path, whole, cut);
+        assert_int_equal(hpr_image_read_exr(f->context, path, 3, rgb, &back), HPR_ERR_FORMAT);
+        assert_non_null(strstr(hpr_context_error(f->context), "a.exr"));
+        hpr_image_fini(f->context, &back);
+    }
+    free(whole);
+    empty(&p);
 }
 
 static void same_picture_same_bytes(void **state)
@@ -348,6 +417,8 @@ int main(void)
         IO_TEST(other_channels_claim_no_colour_space),
         IO_TEST(variances_are_a_layer),
         IO_TEST(channels_that_leave_no_name_are_refused),
+        IO_TEST(layers_and_windows_read_back),
+        IO_TEST(files_that_cannot_be_read_are_refused),
         IO_TEST(same_picture_same_bytes),
         IO_TEST(bad_pictures_are_refused),
         IO_TEST(failures_leave_nothing),

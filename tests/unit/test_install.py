@@ -40,8 +40,9 @@ def run(command, **environment):
 
 
 def find(root, name):
-    """Path of the one file of this name below root, or None."""
-    found = [os.path.join(place, name) for place, _, names in os.walk(root) if name in names]
+    """Path of the one file of this name below root, or None; name may begin with a folder's."""
+    found = [os.path.join(place, entry) for place, _, names in os.walk(root) for entry in names
+             if os.path.join(place, entry).endswith(os.sep + name)]
     return found[0] if len(found) == 1 else None
 
 
@@ -77,7 +78,7 @@ def check_program(root, pc_file, sanitize, folder):
     libraries = {"LD_LIBRARY_PATH": os.path.dirname(find(root, "libhprad.so"))}
     problems, output = run([program], **libraries)
     check("and runs", problems or ([] if re.fullmatch(r"ok \w+ [1-9]\d*\n", output) else [output]))
-    problems, output = run([find(root, "hprad"), "--help"], LD_LIBRARY_PATH="")
+    problems, output = run([find(root, "bin/hprad"), "--help"], LD_LIBRARY_PATH="")
     check("the installed command runs and finds the library by itself", problems or ([] if output else ["no output"]))
 
 
@@ -88,6 +89,8 @@ def main():
         install = shlex.split(os.environ["MESON"]) + ["install", "-C", build, "--no-rebuild", "--destdir", root]
         check("meson install", run(install)[0])
         check_headers(source, root)
+        check("manual and completion are installed",
+              [name for name in ("man1/hprad.1", "bash-completion/completions/hprad") if not find(root, name)])
         pc_file = find(root, "hprad.pc")
         check("hprad.pc is installed", pc_file is not None)
         if pc_file:

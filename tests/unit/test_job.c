@@ -82,7 +82,7 @@ static void files_are_announced_in_order(void **state)
     record r = {0};
     hpr_job_result result;
     hpr_job_picture_options options = small_picture();
-    options.report_path = "r.json";
+    options.pictures.report_path = "r.json";
     options.pictures.preview = 1;
     options.pictures.pattern = "{camera}{frame:02}.exr";
     options.pictures.events = (hpr_job_events){.wrote = note, .user = &r};
@@ -135,7 +135,7 @@ static hpr_status run_picture(hpr_context *ctx, void *data)
     (void)data;
     hpr_job_picture_options options = small_picture();
     options.pictures.preview = 1;
-    options.report_path = "r.json";
+    options.pictures.report_path = "r.json";
     return hpr_job_picture(ctx, "s.gltf", &options, NULL);
 }
 

@@ -55,8 +55,8 @@ static void neighbour_keeps_the_folder(void **state)
 static void camera_goes_before_the_extension(void **state)
 {
     (void)state;
-    expect_text(hpr_name_insert_camera(context, "out/a.exr"), "out/a_{camera}.exr");
-    expect_text(hpr_name_insert_camera(context, "out.d/a"), "out.d/a_{camera}");
+    expect_text(hpr_name_insert(context, "out/a.exr", "_{camera}"), "out/a_{camera}.exr");
+    expect_text(hpr_name_insert(context, "out.d/a", "_{camera}"), "out.d/a_{camera}");
 }
 
 static void placeholders_are_replaced(void **state)

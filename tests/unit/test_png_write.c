@@ -30,7 +30,12 @@ static void transfer_function_is_srgb(void **state)
         for (int c = 0; c < 3; c++)
             radiance[3 * i + c] = (float)(i % (c + 1) ? 0 : (double)i / 500); /* up to 2: clamped */
     }
-    hpr_image image = {N, 1, 3, radiance, coverage, NULL, 0};
+    hpr_image image = {.width = N,
+                       .height = 1,
+                       .channel_count = 3,
+                       .radiance = radiance,
+                       .coverage = coverage,
+                       .environment = 0};
     double used = 0;
     assert_int_equal(hpr_image_write_png(f->context, &image, 2, in_folder(f, "a.png"), &used), HPR_OK);
     assert_true(used == 2);
@@ -54,7 +59,12 @@ static void coverage_becomes_straight_alpha(void **state)
     fixture *f = *state;
     float radiance[] = {0.25f, 0.5f, 0, /* half covered */ 0, 0, 0, /* not */ 1, 1, 1 /* wholly */};
     float coverage[] = {0.5f, 0, 1};
-    hpr_image image = {3, 1, 3, radiance, coverage, NULL, 0};
+    hpr_image image = {.width = 3,
+                       .height = 1,
+                       .channel_count = 3,
+                       .radiance = radiance,
+                       .coverage = coverage,
+                       .environment = 0};
     assert_int_equal(hpr_image_write_png(f->context, &image, 1, in_folder(f, "a.png"), NULL), HPR_OK);
     preview p = read_back(in_folder(f, "a.png"));
     assert_int_equal(p.png.format, PNG_FORMAT_RGBA);
@@ -70,7 +80,12 @@ static void a_sky_leaves_no_holes(void **state)
     fixture *f = *state;
     float radiance[] = {0.25f, 0.5f, 0, /* half covered */ 0, 0.5f, 1, /* not */ 1, 1, 1 /* wholly */};
     float coverage[] = {0.5f, 0, 1};
-    hpr_image image = {3, 1, 3, radiance, coverage, NULL, 1};
+    hpr_image image = {.width = 3,
+                       .height = 1,
+                       .channel_count = 3,
+                       .radiance = radiance,
+                       .coverage = coverage,
+                       .environment = 1};
     assert_int_equal(hpr_image_write_png(f->context, &image, 1, in_folder(f, "a.png"), NULL), HPR_OK);
     preview p = read_back(in_folder(f, "a.png"));
     assert_int_equal(p.png.format, PNG_FORMAT_RGB);
@@ -83,7 +98,12 @@ static void one_channel_is_grey(void **state)
 {
     fixture *f = *state;
     float radiance[] = {0, 0.5f, 1}, coverage[] = {1, 1, 1};
-    hpr_image image = {1, 3, 1, radiance, coverage, NULL, 0};
+    hpr_image image = {.width = 1,
+                       .height = 3,
+                       .channel_count = 1,
+                       .radiance = radiance,
+                       .coverage = coverage,
+                       .environment = 0};
     assert_int_equal(hpr_image_write_png(f->context, &image, 1, in_folder(f, "a.png"), NULL), HPR_OK);
     preview p = read_back(in_folder(f, "a.png"));
     assert_int_equal(p.png.format, PNG_FORMAT_GRAY);
@@ -97,7 +117,12 @@ static void exposure_makes_the_log_average_middle_grey(void **state)
     fixture *f = *state;
     /* 0.5 and 8 average to 2 in the logarithm; empty, black and unreal pixels do not count */
     float radiance[] = {0.25f, 8, 7, 0, NAN, INFINITY, 1e-9f, -1}, coverage[] = {0.5f, 1, 0, 1, 1, 1, 1, 1};
-    hpr_image image = {8, 1, 1, radiance, coverage, NULL, 0};
+    hpr_image image = {.width = 8,
+                       .height = 1,
+                       .channel_count = 1,
+                       .radiance = radiance,
+                       .coverage = coverage,
+                       .environment = 0};
     double used = 0;
     assert_int_equal(hpr_image_write_png(f->context, &image, 0, in_folder(f, "a.png"), &used), HPR_OK);
     assert_true(fabs(used - 0.09) < 1e-15);
@@ -122,7 +147,12 @@ static void failures_leave_nothing(void **state)
         radiance[i] = (float)random_unit(&seed);
         coverage[i / 3] = 1;
     }
-    hpr_image image = {SIDE, SIDE, 3, radiance, coverage, NULL, 0};
+    hpr_image image = {.width = SIDE,
+                       .height = SIDE,
+                       .channel_count = 3,
+                       .radiance = radiance,
+                       .coverage = coverage,
+                       .environment = 0};
     assert_int_equal(hpr_image_write_png(f->context, &image, NAN, in_folder(f, "a.png"), NULL), HPR_ERR_ARG);
     assert_int_equal(hpr_image_write_png(f->context, &image, -1, in_folder(f, "a.png"), NULL), HPR_ERR_ARG);
     image.channel_count = 2;
@@ -151,7 +181,12 @@ static void every_allocation_may_fail(void **state)
 {
     fixture *f = *state;
     float radiance[] = {1}, coverage[] = {1};
-    hpr_image image = {1, 1, 1, radiance, coverage, NULL, 0};
+    hpr_image image = {.width = 1,
+                       .height = 1,
+                       .channel_count = 1,
+                       .radiance = radiance,
+                       .coverage = coverage,
+                       .environment = 0};
     hpr_status status = HPR_ERR_MEMORY;
     for (long k = 0; status != HPR_OK; k++) {
         long live = f->live;

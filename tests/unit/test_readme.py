@@ -45,7 +45,7 @@ def run(line, folder, hprad):
     words = shlex.split(line)
     for option in ("-o", "--report"):
         if option in words:
-            name = re.sub(r"{\w+}", "*", words[words.index(option) + 1])
+            name = re.sub(r"{[\w:]+}", "*", words[words.index(option) + 1])
             pattern = re.compile(re.escape(name).replace(r"\*", ".+") + "$")
             if not any(pattern.match(new) for new in set(os.listdir(folder)) - before):
                 yield f"{name} was not written: {result.stdout}"

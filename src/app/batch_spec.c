@@ -241,7 +241,8 @@ static const field camera_fields[] = {
     {"filter_width", take_positive, IN(hpr_batch_camera, options.view.filter_width), 0, MAX_FILTER_WIDTH,
      NULL},
     {"aov", take_layers, 0, 0, 0,
-     "an array of irradiance, direct, indirect, emission, albedo, N, P, Z, degree, patchId, elementId"},
+     "an array of irradiance, direct, indirect, emission, albedo, N, P, Z, degree, error, patchId, "
+     "elementId"},
     {"half", take_flag, IN(hpr_batch_camera, options.half), 0, 0, NULL},
     {"tiled", take_flag, IN(hpr_batch_camera, options.tiled), 0, 0, NULL},
     {"png", take_flag, IN(hpr_batch_camera, options.preview), 0, 0, NULL},

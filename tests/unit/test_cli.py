@@ -24,7 +24,7 @@ FILM = ["--camera", "--size", "--samples", "--png", "--exposure"]
 RENDER = [*FILM, "--camera-file", "--orbit", "--orbit-centre", "--frames", "--crop", "--filter", "--filter-width",
           "--aov", "--half", "--tiled", "--false-colour", "--compare"]
 METHOD = ["--method", "--hemicube", "--rays", "--shots", "--every"]
-OPTIONS = {"": SOLVE + RENDER, "solve": SOLVE + METHOD, "render": [*RENDER, "--environment", "--report"], "probe": [],
+OPTIONS = {"": SOLVE + RENDER, "solve": [*SOLVE, *METHOD, "--checkpoint", "--resume"], "render": [*RENDER, "--environment", "--report"], "probe": [],
            "batch": ["--jobs", "--memory", "--shard", "--dry-run"],
            "formfactors": ["--tol", "--order", "--use-eps", "--scene-index"],
            "reference": FILM + ["--seed", "--environment", "--max-reflectance", "--metallic", "--scene-index", "--report"],

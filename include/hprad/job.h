@@ -89,6 +89,9 @@ typedef struct hpr_job_result {
 typedef struct hpr_job_solve_options {
     const char *solution_path; /**< NULL: base name of the scene + ".glb", in the working folder */
     const char *report_path;   /**< NULL: none */
+    /** With a tolerance: where the series of solves stands is written to the first between any two of them,
+     * and it goes on from what the second holds. They may be the same file. NULL: not wanted. */
+    const char *checkpoint_path, *resume_path;
     hpr_read_options read;
     hpr_solve_options solve;
     hpr_baseline_options baseline; /**< of classical methods. Its `shot` is the job's own: after `every` shots
@@ -100,7 +103,9 @@ typedef struct hpr_job_solve_options {
 
 HPR_API void hpr_job_solve_options_init(hpr_job_solve_options *options);
 
-/** `options` may be NULL. Errors: as above; HPR_ERR_FORMAT also if the file is itself a solution. */
+/** `options` may be NULL. Errors: as above; HPR_ERR_FORMAT also if the file is itself a solution, and, naming
+ * what differs, if resume_path is of another scene, other options or another program. What was resumed gives
+ * the same solution file, bit for bit, as what was never stopped. */
 HPR_API hpr_status hpr_job_solve(hpr_context *context, const char *scene_path,
                                  const hpr_job_solve_options *options, hpr_job_result *result);
 

@@ -23,13 +23,14 @@ typedef enum hpr_layer {
     HPR_LAYER_POSITION,   /**< x, y, z in metres, world; 0 0 0 without surface */
     HPR_LAYER_DEPTH,      /**< metres along the camera's axis; infinite without surface */
     HPR_LAYER_DEGREE,     /**< degree of the polynomials on the element; 0 without surface */
+    HPR_LAYER_ERROR,      /**< estimated RMS error of H on the element, W/m²; 0 without surface */
     HPR_LAYER_PATCH,      /**< number of the patch, as in the solution; HPR_NONE without surface */
     HPR_LAYER_ELEMENT,    /**< number of the leaf element, as in the solution; HPR_NONE without surface */
     HPR_LAYER_COUNT
 } hpr_layer;
 
-/** Name of a layer as EXR has it: irradiance, direct, indirect, emission, albedo, N, P, Z, degree, patchId,
- *  elementId. Static text. */
+/** Name of a layer as EXR has it: irradiance, direct, indirect, emission, albedo, N, P, Z, degree, error,
+ *  patchId, elementId. Static text. */
 HPR_API const char *hpr_layer_name(hpr_layer layer);
 /** The layer of this name, which has `length` characters; HPR_LAYER_COUNT if there is none. */
 HPR_API hpr_layer hpr_layer_find(const char *name, size_t length);
@@ -92,7 +93,8 @@ HPR_API hpr_status hpr_solution_render(hpr_context *context, const hpr_solution 
  * The same with a view of its own; `options` and `view` may be NULL. Samples are placed by the filter
  * (importance sampling of its weight), so that all count the same and every pixel stands for itself.
  * Errors: also HPR_ERR_ARG if the crop window is not within the picture, HPR_ERR_UNSUPPORTED if DIRECT or
- * INDIRECT is wanted of a solution that does not keep them apart (direct light through the basis).
+ * INDIRECT is wanted of a solution that does not keep them apart (direct light through the basis), or ERROR
+ * of one without an estimate (solved without tolerance).
  * Source: Ernst, Stamminger & Greiner 2006 (filter importance sampling).
  */
 HPR_API hpr_status hpr_solution_view(hpr_context *context, const hpr_solution *solution, size_t camera,

@@ -169,6 +169,36 @@ typedef struct hpr_solve_summary {
 HPR_API hpr_status hpr_solve(hpr_context *context, const hpr_scene *scene, const hpr_solve_options *options,
                              hpr_solution **solution);
 
+/** An element that a step of a solve with a tolerance refines. */
+typedef struct hpr_refinement {
+    uint32_t step;    /**< after which of the solves, from 1 */
+    uint32_t leaf;    /**< the element's number in that solve */
+    uint8_t raise;    /**< 1: its degree rises by one; else it is halved */
+    uint8_t halve[2]; /**< 1: along s, along t; a triangle or quadrilateral once, whatever stands here */
+} hpr_refinement;
+
+/**
+ * How a solve with a tolerance can be taken up where another one stopped: the elements of each step follow
+ * from the refinements before it, and the solution from the elements alone.
+ */
+typedef struct hpr_solve_series {
+    const hpr_refinement *done; /**< [done_count] in order of their steps; the series begins after them */
+    size_t done_count;
+    /** Called between two steps with all refinements from the beginning, by the thread that solves; another
+     * status than HPR_OK ends the solve with it. NULL: not wanted. */
+    hpr_status (*stepped)(void *user, const hpr_refinement *refinement, size_t count);
+    void *user;
+} hpr_solve_series;
+
+/**
+ * hpr_solve with a tolerance, which begins at a later step and tells of each; bit for bit what hpr_solve
+ * gives, but for what max_seconds, counted afresh, may change. Errors: also HPR_ERR_ARG if there is no
+ * tolerance, or if the refinements do not fit the scene.
+ */
+HPR_API hpr_status hpr_solve_resume(hpr_context *context, const hpr_scene *scene,
+                                    const hpr_solve_options *options, const hpr_solve_series *series,
+                                    hpr_solution **solution);
+
 HPR_API void hpr_solution_destroy(hpr_solution **solution);
 
 HPR_API size_t hpr_solution_channel_count(const hpr_solution *solution);

@@ -218,6 +218,10 @@ static const field setting_fields[] = {
     {"subdivide", take_integer, IN(hpr_batch_setting, solve.subdivide), 0, HPR_MAX_SUBDIVIDE, NULL},
     {"feet", take_integer, IN(hpr_batch_setting, solve.feet), 0, HPR_MAX_FEET, NULL},
     {"grade", take_integer, IN(hpr_batch_setting, solve.grade), 0, HPR_MAX_GRADE, NULL},
+    {"tol", take_positive, IN(hpr_batch_setting, solve.tolerance), 0, 0.999999, NULL},
+    {"refine", take_word, IN(hpr_batch_setting, solve.refine), 0, 0, "hp|h|p"},
+    {"max_time", take_positive, IN(hpr_batch_setting, solve.max_seconds), 0, 1e300, NULL},
+    {"max_memory", take_positive, IN(hpr_batch_setting, solve.max_bytes), 0, 1e300, NULL},
     {"link_tol", take_positive, IN(hpr_batch_setting, solve.link_tolerance), 0, 0.999999, NULL},
     {"block_tol", take_positive, IN(hpr_batch_setting, solve.block_tolerance), 0, 0.999999, NULL},
     {"solver", take_word, IN(hpr_batch_setting, solve.solver), 0, 0,
@@ -241,7 +245,8 @@ static const field camera_fields[] = {
     {"filter_width", take_positive, IN(hpr_batch_camera, options.view.filter_width), 0, MAX_FILTER_WIDTH,
      NULL},
     {"aov", take_layers, 0, 0, 0,
-     "an array of irradiance, direct, indirect, emission, albedo, N, P, Z, degree, patchId, elementId"},
+     "an array of irradiance, direct, indirect, emission, albedo, N, P, Z, degree, error, patchId, "
+     "elementId"},
     {"half", take_flag, IN(hpr_batch_camera, options.half), 0, 0, NULL},
     {"tiled", take_flag, IN(hpr_batch_camera, options.tiled), 0, 0, NULL},
     {"png", take_flag, IN(hpr_batch_camera, options.preview), 0, 0, NULL},
@@ -311,6 +316,7 @@ static hpr_status read_scene(hpr_batch_spec *spec, const cJSON *item, const char
 static hpr_status read_setting(hpr_batch_spec *spec, const cJSON *item, const char *where,
                                hpr_batch_setting *setting)
 {
+    static const char *const with_tolerance[] = {"refine", "max_time", "max_memory", NULL};
     setting->item = item;
     hpr_solve_options_init(&setting->solve);
     if (!cJSON_IsObject(item))
@@ -319,6 +325,12 @@ static hpr_status read_setting(hpr_batch_spec *spec, const cJSON *item, const ch
     if (cJSON_GetObjectItemCaseSensitive(item, "subdivide"))
         setting->solve.feet = 0;
     hpr_status status = take_object(spec, where, item, setting_fields, setting);
+    for (int i = 0; status == HPR_OK && !(setting->solve.tolerance > 0) && with_tolerance[i]; i++) {
+        const cJSON *given = cJSON_GetObjectItemCaseSensitive(item, with_tolerance[i]);
+        if (given)
+            return fail_at(spec, given, where,
+                           "refine, max_time and max_memory have an effect only with tol");
+    }
     if (status == HPR_OK && !setting->name)
         return fail_at(spec, item, where, "has no name");
     return status;

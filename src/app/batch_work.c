@@ -57,6 +57,8 @@ static hpr_status make_solution(worker *w, const hpr_batch_solution *solution)
     bool missed = status == HPR_ERR_TOLERANCE; /* then the solution is written all the same */
     if (status != HPR_OK && !missed)
         return status;
+    if (missed)
+        send_text(w, HPR_BATCH_MESSAGE_WARNING, "", hpr_context_error(w->context));
     w->end.made = 1;
     w->end.missed = missed;
     status = hpr_manifest_add(&w->manifest, solution->path, solution->key, missed);

@@ -100,14 +100,16 @@ hpr_status hpr_job_read_scene(hpr_job *job, const char *path, const hpr_read_opt
 }
 
 hpr_status hpr_job_run_solve(hpr_job *job, const hpr_scene *scene, const hpr_solve_options *options,
-                             const hpr_baseline_options *baseline, hpr_solution **solution)
+                             const hpr_baseline_options *baseline, const hpr_solve_series *series,
+                             hpr_solution **solution)
 {
     hpr_status status = hpr_job_enter(job, HPR_JOB_SOLVE);
     if (status != HPR_OK)
         return status;
     struct timespec start;
     clock_gettime(CLOCK_MONOTONIC, &start);
-    status = hpr_baseline_solve(job->context, scene, options, baseline, solution);
+    status = series ? hpr_solve_resume(job->context, scene, options, series, solution)
+                    : hpr_baseline_solve(job->context, scene, options, baseline, solution);
     job->result->solve_seconds = seconds_since(&start);
     if (status == HPR_OK)
         job->result->summary = *hpr_solution_summary(*solution);

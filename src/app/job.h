@@ -43,7 +43,8 @@ hpr_status hpr_job_judge(const hpr_job *job, const hpr_solution *solution, const
 
 /* Solves by any method; fills summary and solve_seconds of the result. baseline: NULL: defaults. */
 hpr_status hpr_job_run_solve(hpr_job *job, const hpr_scene *scene, const hpr_solve_options *options,
-                             const hpr_baseline_options *baseline, hpr_solution **solution);
+                             const hpr_baseline_options *baseline, const hpr_solve_series *series,
+                             hpr_solution **solution);
 
 /* Writes the report if path is not NULL. */
 hpr_status hpr_job_write_report(hpr_job *job, const hpr_solution *solution, const char *scene_path,

@@ -96,7 +96,7 @@ static hpr_status run_scene(hpr_job *job, const char *path, const hpr_job_pictur
         status = plan_pictures(job, &options->pictures, path, insert_camera, scene->camera_count,
                                scene->camera, &list);
     if (status == HPR_OK)
-        status = hpr_job_run_solve(job, scene, &options->solve, NULL, &solution);
+        status = hpr_job_run_solve(job, scene, &options->solve, NULL, NULL, &solution);
     if (status == HPR_OK)
         status = render_pictures(job, solution, &list);
     if (status == HPR_OK)

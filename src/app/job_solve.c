@@ -1,4 +1,5 @@
 /* Scene file -> solution file. */
+#include "app/checkpoint.h"
 #include "app/job.h"
 #include "app/names.h"
 
@@ -13,12 +14,37 @@ void hpr_job_solve_options_init(hpr_job_solve_options *options)
 }
 
 static hpr_status claim_outputs(hpr_job *job, const char *scene_path, const char *solution_path,
-                                const char *report_path)
+                                const hpr_job_solve_options *options)
 {
     hpr_outputs_input(&job->outputs, scene_path);
     hpr_status status = hpr_outputs_claim(&job->outputs, solution_path);
-    if (status == HPR_OK && report_path)
-        status = hpr_outputs_claim(&job->outputs, report_path);
+    if (status == HPR_OK && options->report_path)
+        status = hpr_outputs_claim(&job->outputs, options->report_path);
+    if (status == HPR_OK && options->resume_path)
+        status = hpr_outputs_spare(&job->outputs, options->resume_path);
+    if (status == HPR_OK && options->checkpoint_path) /* may be what is resumed */
+        status = hpr_outputs_claim(&job->outputs, options->checkpoint_path);
+    return status;
+}
+
+/* Solves, as a series that can be taken up again if that is asked for. */
+static hpr_status solve(hpr_job *job, const char *scene_path, const hpr_scene *scene,
+                        const hpr_job_solve_options *options, const hpr_baseline_options *baseline,
+                        hpr_solution **solution)
+{
+    if (!options->checkpoint_path && !options->resume_path)
+        return hpr_job_run_solve(job, scene, &options->solve, baseline, NULL, solution);
+    hpr_checkpoint checkpoint;
+    hpr_status status = hpr_checkpoint_open(job->context, scene_path, options, &checkpoint);
+    if (status == HPR_OK && options->resume_path)
+        status = hpr_checkpoint_read(&checkpoint, options->resume_path);
+    const hpr_solve_series series = {.done = checkpoint.done,
+                                     .done_count = checkpoint.done_count,
+                                     .stepped = hpr_checkpoint_write,
+                                     .user = &checkpoint};
+    if (status == HPR_OK)
+        status = hpr_job_run_solve(job, scene, &options->solve, NULL, &series, solution);
+    hpr_checkpoint_close(&checkpoint);
     return status;
 }
 
@@ -75,7 +101,7 @@ hpr_status hpr_job_solve(hpr_context *ctx, const char *scene_path, const hpr_job
             status = hpr_fail(ctx, HPR_ERR_MEMORY, "out of memory for a file name");
     }
     if (status == HPR_OK)
-        status = claim_outputs(&job, scene_path, path, options->report_path);
+        status = claim_outputs(&job, scene_path, path, options);
     if (status == HPR_OK)
         status = hpr_job_read_scene(&job, scene_path, &options->read, &scene);
     if (status == HPR_OK && options->environment_count)
@@ -85,7 +111,7 @@ hpr_status hpr_job_solve(hpr_context *ctx, const char *scene_path, const hpr_job
     baseline.shot = keep_shot;
     baseline.user = &p;
     if (status == HPR_OK)
-        status = hpr_job_run_solve(&job, scene, &options->solve, &baseline, &solution);
+        status = solve(&job, scene_path, scene, options, &baseline, &solution);
     if (status == HPR_OK)
         status = write_solution(&job, solution, path);
     if (status == HPR_OK)

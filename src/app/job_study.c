@@ -167,7 +167,7 @@ static hpr_status solve_truth(study *s)
     snprintf(s->truth_text, sizeof s->truth_text, "order %d subdivide %d feet %d grade %d", truth.order,
              truth.subdivide, truth.feet, truth.grade);
     if (status == HPR_OK)
-        status = hpr_job_run_solve(s->job, s->scene, &truth, NULL, &s->truth);
+        status = hpr_job_run_solve(s->job, s->scene, &truth, NULL, NULL, &s->truth);
     return status;
 }
 

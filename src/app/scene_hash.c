@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static hpr_status read_all(hpr_context *ctx, const char *path, char **data, size_t *bytes)
+hpr_status hpr_scene_file_read(hpr_context *ctx, const char *path, char **data, size_t *bytes)
 {
     size_t capacity = 0, got = 1;
     FILE *file = fopen(path, "rb");
@@ -76,7 +76,7 @@ hpr_status hpr_scene_hash_add(hpr_context *ctx, hpr_sha256 *hash, const char *pa
     char *data = NULL;
     size_t bytes;
     cJSON *root = NULL;
-    hpr_status status = read_all(ctx, path, &data, &bytes);
+    hpr_status status = hpr_scene_file_read(ctx, path, &data, &bytes);
     if (status == HPR_OK) {
         hpr_sha256_add(hash, data, bytes);
         root = parse(data, bytes);

@@ -3,17 +3,21 @@
 
 #include <stdio.h>
 
-enum { OPTION_OUTPUT = CLI_OPTION_OWN };
+enum { OPTION_OUTPUT = CLI_OPTION_OWN, OPTION_CHECKPOINT, OPTION_RESUME };
 
 typedef struct settings {
     cli_solve_settings solve;
     cli_method_settings method;
-    const char *output;
+    const char *output, *checkpoint, *resume;
 } settings;
 
 static const struct poptOption options[] = {
     {"output", 'o', POPT_ARG_STRING, NULL, OPTION_OUTPUT,
      "the solution (default: the scene's base name with .glb, in the working folder)", "SOL.glb"},
+    {"checkpoint", 0, POPT_ARG_STRING, NULL, OPTION_CHECKPOINT,
+     "with --tol: write to FILE, after each of the solves, where the series stands", "FILE"},
+    {"resume", 0, POPT_ARG_STRING, NULL, OPTION_RESUME,
+     "with --tol: go on where FILE, a checkpoint of the same scene and options, was written", "FILE"},
     {NULL, 0, POPT_ARG_INCLUDE_TABLE, (void *)cli_solve_options, 0, "How to solve:", NULL},
     {NULL, 0, POPT_ARG_INCLUDE_TABLE, (void *)cli_method_options, 0,
      "Classical methods, to compare with:", NULL},
@@ -27,6 +31,10 @@ static bool take(void *user, int id, const char *value)
         chosen->output = value;
         return true;
     }
+    if (id == OPTION_CHECKPOINT)
+        return cli_path("--checkpoint", value, &chosen->checkpoint);
+    if (id == OPTION_RESUME)
+        return cli_path("--resume", value, &chosen->resume);
     int taken = cli_take_method_option(&chosen->method, &chosen->solve.solve, id, value);
     if (taken < 0)
         taken = cli_take_solve_option(&chosen->solve, id, value);
@@ -47,6 +55,14 @@ static const cli_verb verb = {
     .options = options,
     .take = take,
 };
+
+static bool check_settings(const settings *chosen)
+{
+    bool adapts = chosen->solve.solve.tolerance > 0;
+    return cli_check_solve(&chosen->solve) && cli_check_method(&chosen->method, &chosen->solve) &&
+           cli_only_with("--checkpoint", chosen->checkpoint != NULL, adapts, "--tol") &&
+           cli_only_with("--resume", chosen->resume != NULL, adapts, "--tol");
+}
 
 static void print_summary(const hpr_job_result *result)
 {
@@ -69,8 +85,7 @@ int cli_solve(int argc, const char **argv)
     hpr_baseline_options_init(&chosen.method.baseline);
     cli_run run;
     int code = cli_parse(&run, &verb, &chosen, argc, argv);
-    if (code == CLI_GO_ON &&
-        (!cli_check_solve(&chosen.solve) || !cli_check_method(&chosen.method, &chosen.solve)))
+    if (code == CLI_GO_ON && !check_settings(&chosen))
         code = CLI_USAGE;
     if (code == CLI_GO_ON)
         code = cli_open(&run);
@@ -79,6 +94,8 @@ int cli_solve(int argc, const char **argv)
         cli_mind_stdout(&run, chosen.solve.report_path);
         hpr_job_solve_options job = {.solution_path = chosen.output,
                                      .report_path = chosen.solve.report_path,
+                                     .checkpoint_path = chosen.checkpoint,
+                                     .resume_path = chosen.resume,
                                      .read = chosen.solve.read,
                                      .solve = chosen.solve.solve,
                                      .baseline = chosen.method.baseline,

@@ -25,10 +25,10 @@ typedef struct hpr_exr_channels {
 } hpr_exr_channels;
 
 /*
- * R G B A; then variance.R ..., irradiance.R ..., N.X N.Y N.Z, P.X P.Y P.Z, Z, degree, patchId, elementId, as
- * far as the picture has them. labels->half stores all as half but for what would be lost: variance, P, Z and
- * the numbers of patches and elements. Errors: HPR_ERR_ARG (names that are missing, equal or taken, a picture
- * without pixels), HPR_ERR_MEMORY. Borrows the picture.
+ * R G B A; then variance.R ..., irradiance.R ..., N.X N.Y N.Z, P.X P.Y P.Z, Z, degree, error, patchId,
+ * elementId, as far as the picture has them. labels->half stores all as half but for what would be lost:
+ * variance, P, Z and the numbers of patches and elements. Errors: HPR_ERR_ARG (names that are missing, equal
+ * or taken, a picture without pixels), HPR_ERR_MEMORY. Borrows the picture.
  */
 hpr_status hpr_exr_channels_create(hpr_context *ctx, const hpr_image *image, const hpr_image_labels *labels,
                                    hpr_exr_channels *channels);

@@ -24,7 +24,7 @@ typedef struct worker {
     size_t candidate_count;
     uint32_t recv_patch, send_patch; /* the pair of patches that the candidates belong to */
     uint64_t counts[HPR_COUNTER_COUNT];
-    double block_error, sampled_error;
+    double sampled_error;
 } worker;
 
 typedef struct assembly {
@@ -193,6 +193,8 @@ static hpr_status make_links(assembly *a, const hpr_links_demand *demand)
     if (status == HPR_OK)
         status = hpr_allocate_into(a->context, &a->left_out2, links->count, sizeof(double), "links");
     if (status == HPR_OK)
+        status = hpr_allocate_into(a->context, &links->note, links->count, sizeof *links->note, "links");
+    if (status == HPR_OK)
         status = hpr_allocate_into(a->context, &a->sampled2, links->count, sizeof(double), "links");
     return status;
 }
@@ -294,8 +296,8 @@ static void integrate_far(const assembly *a, worker *w, const hpr_block_task *ta
     w->counts[HPR_COUNT_KERNEL] += result.kernel_count;
 }
 
-/* The block of a link as it was before, if it was clipped: rays have an error that is not kept. */
-static const double *find_known(const assembly *a, const piece *p)
+/* The link as it was before, if its block was clipped: rays have an error that is not kept. */
+static const hpr_link *find_known(const assembly *a, const piece *p)
 {
     const hpr_links *known = a->known;
     if (!known || known->sampling_error > 0 || p->recv >= known->row_count || p->send >= known->row_count)
@@ -304,19 +306,20 @@ static const double *find_known(const assembly *a, const piece *p)
         const hpr_link *old = &known->link[known->row_link[i]];
         if (old->recv == p->recv && old->send == p->send && old->recv_degree == p->recv_degree &&
             old->send_degree == p->send_degree)
-            return known->block + old->offset;
+            return old;
     }
     return NULL;
 }
 
 static void integrate_near(const assembly *a, worker *w, hpr_block_task *task, const piece *p)
 {
-    const double *known = find_known(a, p);
+    hpr_link_note *note = &a->links->note[p->link];
+    const hpr_link *known = find_known(a, p);
     if (known) {
-        const hpr_tree *tree = a->links->tree;
-        memcpy(p->block, known,
-               hpr_tree_count(tree, p->recv, p->recv_degree) * hpr_tree_count(tree, p->send, p->send_degree) *
-                   sizeof *known);
+        const hpr_link_note *old = &a->known->note[known - a->known->link];
+        memcpy(p->block, a->known->block + known->offset, hpr_link_size(a->known, known) * sizeof *p->block);
+        note->error = fmax(note->error, old->error);
+        note->short_count += old->short_count;
         return;
     }
     double recv_m2 = task->recv.area_m2 * hpr_tree_open_share(a->links->tree, a->coverage, p->recv),
@@ -334,8 +337,9 @@ static void integrate_near(const assembly *a, worker *w, hpr_block_task *task, c
     w->counts[HPR_COUNT_SHORT] += result.status == HPR_BLOCK_SHORT;
     w->counts[HPR_COUNT_ROUNDED] += result.status == HPR_BLOCK_ROUNDED;
     w->counts[HPR_COUNT_SAMPLED] += result.status == HPR_BLOCK_SAMPLED;
-    double *error = result.status == HPR_BLOCK_SAMPLED ? &w->sampled_error : &w->block_error;
+    double *error = result.status == HPR_BLOCK_SAMPLED ? &w->sampled_error : &note->error;
     *error = fmax(*error, result.error);
+    note->short_count += result.status == HPR_BLOCK_SHORT;
     a->sampled2[p->link] += hpr_blocked_error2(&a->blocked, task, &result);
 }
 
@@ -507,14 +511,20 @@ static hpr_status make_workers(assembly *a)
     return status;
 }
 
+static void sum_notes(hpr_links *links)
+{
+    for (size_t l = 0; l < links->count; l++) {
+        links->short_count += links->note[l].short_count;
+        links->block_error = fmax(links->block_error, links->note[l].error);
+    }
+}
+
 static void close_workers(assembly *a)
 {
     for (int t = 0; a->workers && t < hpr_context_threads(a->context); t++) {
         worker *w = &a->workers[t];
         for (int c = 0; c < HPR_COUNTER_COUNT; c++)
             hpr_count(a->context, (hpr_counter)c, w->counts[c]);
-        a->links->short_count += w->counts[HPR_COUNT_SHORT];
-        a->links->block_error = fmax(a->links->block_error, w->block_error);
         a->links->sampled_error = fmax(a->links->sampled_error, w->sampled_error);
         hpr_views_cursor_destroy(&w->cursor);
         hpr_block_scratch_destroy(&w->scratch);
@@ -564,9 +574,8 @@ hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *
         status = make_links(&a, demand);
     if (status == HPR_OK) {
         choose_tolerances(&a, demand->block_tolerance);
-        if (a.known)
-            a.links->block_error = a.known->block_error;
         integrate_all(&a);
+        sum_notes(a.links);
         if (hpr_cancelled(ctx))
             status = hpr_fail(ctx, HPR_ERR_INTERRUPTED, "interrupted during assembly");
     }

@@ -10,6 +10,7 @@ void hpr_links_destroy(hpr_links **out)
     hpr_context *ctx = links->context;
     hpr_tree_destroy(&links->tree);
     hpr_release(ctx, links->link);
+    hpr_release(ctx, links->note);
     hpr_release(ctx, links->block);
     hpr_release(ctx, links->row);
     hpr_release(ctx, links->row_link);

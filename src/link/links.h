@@ -15,11 +15,18 @@ typedef struct hpr_link {
     bool partly;                      /* something may come between */
 } hpr_link;
 
+/* What integrating the blocks of a link told; kept, so that who takes a block over knows it too. */
+typedef struct hpr_link_note {
+    double error;         /* largest estimated error of an entry that is not sampled */
+    uint32_t short_count; /* blocks that stopped short of their tolerance */
+} hpr_link_note;
+
 typedef struct hpr_links {
     hpr_context *context;
     hpr_tree *tree;
     size_t count, partly_count;
     hpr_link *link;
+    hpr_link_note *note; /* [count] */
     double *block;
     size_t block_count;       /* doubles in block */
     size_t row_count;         /* of nodes */

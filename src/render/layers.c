@@ -12,6 +12,7 @@ static const char *const names[HPR_LAYER_COUNT] = {
     [HPR_LAYER_POSITION] = "P",
     [HPR_LAYER_DEPTH] = "Z",
     [HPR_LAYER_DEGREE] = "degree",
+    [HPR_LAYER_ERROR] = "error",
     [HPR_LAYER_PATCH] = "patchId",
     [HPR_LAYER_ELEMENT] = "elementId",
 };

@@ -9,6 +9,7 @@
 #include "render/layers.h"
 #include "visibility/visibility.h"
 
+#include <math.h>
 #include <omp.h>
 
 enum { MAX_SAMPLES = 4096, TILE = 16 /* pixels; enough for neighbours to meet the same patches */ };
@@ -130,6 +131,10 @@ static void show_centre(const work *w, int row, int column, size_t pixel)
     if (image->layer[HPR_LAYER_DEGREE] && hit.patch != HPR_NONE)
         image->layer[HPR_LAYER_DEGREE][pixel] =
             (float)solution->elements->degree[solution->elements->leaf[leaf]];
+    if (image->layer[HPR_LAYER_ERROR] && hit.patch != HPR_NONE)
+        image->layer[HPR_LAYER_ERROR][pixel] =
+            (float)(solution->error[leaf] /
+                    sqrt(solution->elements->area_m2[solution->elements->leaf[leaf]]));
     if (image->patch)
         image->patch[pixel] = hit.patch;
     if (image->element)
@@ -200,10 +205,19 @@ static hpr_status render_tiles(const work *w, double *memory, size_t stride)
     return HPR_OK;
 }
 
+static bool has_estimate(const hpr_solution *solution)
+{
+    size_t leaf = 0, count = solution->elements->leaf_count;
+    while (leaf < count && isfinite(solution->error[leaf]))
+        leaf++;
+    return leaf == count;
+}
+
 static hpr_status check(const hpr_renderer *renderer, int samples, const hpr_view_options *view)
 {
     static const uint32_t parts = 1u << HPR_LAYER_DIRECT | 1u << HPR_LAYER_INDIRECT;
     hpr_context *ctx = renderer->context;
+    const hpr_solution *solution = renderer->solution;
     if (samples < 1 || samples > MAX_SAMPLES)
         return hpr_fail(ctx, HPR_ERR_ARG, "%d samples per pixel: must be 1 to %d", samples, MAX_SAMPLES);
     if (!(view->filter_width >= 0 && view->filter_width <= HPR_MAX_FILTER_WIDTH))
@@ -215,7 +229,11 @@ static hpr_status check(const hpr_renderer *renderer, int samples, const hpr_vie
         return hpr_fail(ctx, HPR_ERR_UNSUPPORTED,
                         "%s: direct and indirect light are not told apart in this solution: its direct light "
                         "went through the basis (--direct galerkin, or too many lamps)",
-                        renderer->solution->scene_name);
+                        solution->scene_name);
+    if (view->layers & 1u << HPR_LAYER_ERROR && !has_estimate(solution))
+        return hpr_fail(ctx, HPR_ERR_UNSUPPORTED,
+                        "%s: this solution has no estimate of its error to show; solve the scene with --tol",
+                        solution->scene_name);
     return HPR_OK;
 }
 

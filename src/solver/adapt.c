@@ -83,13 +83,13 @@ static size_t choose_count(const decision *decisions, size_t count, double goal2
 
 typedef struct splitting {
     const hpr_patches *patches;
-    const decision **of_leaf; /* NULL: stays */
+    const hpr_refinement **of_leaf; /* NULL: stays */
 } splitting;
 
 static int choose_axis(void *user, const hpr_piece_of_leaf *piece)
 {
     const splitting *s = user;
-    const decision *d = s->of_leaf[piece->leaf];
+    const hpr_refinement *d = s->of_leaf[piece->leaf];
     if (!d || d->raise)
         return -1;
     if (s->patches->shape[piece->patch] != HPR_SHAPE_PARALLELOGRAM)
@@ -100,38 +100,52 @@ static int choose_axis(void *user, const hpr_piece_of_leaf *piece)
     return piece->depth == 0 && d->halve[0] ? 0 : 1;
 }
 
-static hpr_status carry_out(hpr_solution *solution, const decision *decisions, size_t count)
+hpr_status hpr_adapt_again(hpr_solution *solution, const hpr_refinement *refinement, size_t count)
 {
+    hpr_context *ctx = solution->context;
     hpr_elements *e = solution->elements;
     splitting s = {.patches = solution->patches};
-    hpr_status status = hpr_allocate_into(solution->context, &s.of_leaf, e->leaf_count, sizeof *s.of_leaf,
-                                          "refined elements");
-    if (status != HPR_OK)
-        return status;
-    for (size_t i = 0; i < count; i++) {
-        s.of_leaf[decisions[i].leaf] = &decisions[i];
-        e->degree[e->leaf[decisions[i].leaf]] += decisions[i].raise;
+    hpr_status status =
+        hpr_allocate_into(ctx, &s.of_leaf, e->leaf_count, sizeof *s.of_leaf, "refined elements");
+    for (size_t i = 0; status == HPR_OK && i < count; i++) {
+        const hpr_refinement *r = refinement + i;
+        if (r->leaf >= e->leaf_count || s.of_leaf[r->leaf] ||
+            (r->raise && e->degree[e->leaf[r->leaf]] >= HPR_MAX_ORDER)) {
+            status = hpr_fail(ctx, HPR_ERR_ARG, "%s: element %u cannot be refined after step %u",
+                              solution->scene_name, (unsigned)r->leaf, (unsigned)r->step);
+            break;
+        }
+        s.of_leaf[r->leaf] = r;
+        e->degree[e->leaf[r->leaf]] += r->raise != 0;
     }
-    status = hpr_elements_refine(solution->patches, e, choose_axis, &s);
-    hpr_release(solution->context, s.of_leaf);
+    if (status == HPR_OK)
+        status = hpr_elements_refine(solution->patches, e, choose_axis, &s);
+    hpr_release(ctx, s.of_leaf);
     return status;
 }
 
-hpr_status hpr_adapt(hpr_solution *solution, const hpr_indicator *indicator, double goal, size_t *refined)
+hpr_status hpr_adapt(hpr_solution *solution, const hpr_indicator *indicator, double goal, uint32_t step,
+                     hpr_refinements *done)
 {
     static const double growth = 1.5; /* coefficients that a step may add, relative to what there are */
-    size_t count = solution->elements->leaf_count;
+    hpr_context *ctx = solution->context;
+    size_t count = solution->elements->leaf_count, before = done->count;
     decision *decisions = NULL;
-    *refined = 0;
-    hpr_status status =
-        hpr_allocate_into(solution->context, &decisions, count, sizeof *decisions, "refined elements");
+    hpr_status status = hpr_allocate_into(ctx, &decisions, count, sizeof *decisions, "refined elements");
     if (status != HPR_OK)
         return status;
     for (size_t leaf = 0; leaf < count; leaf++)
         decisions[leaf] = decide(solution, &indicator[leaf], leaf, solution->summary.options.refine);
     qsort(decisions, count, sizeof *decisions, by_error);
-    *refined = choose_count(decisions, count, goal * goal, growth * (double)solution->summary.dof_count);
-    status = carry_out(solution, decisions, *refined);
-    hpr_release(solution->context, decisions);
+    size_t chosen = choose_count(decisions, count, goal * goal, growth * (double)solution->summary.dof_count);
+    status = hpr_grow(ctx, &done->item, &done->capacity, before + chosen, sizeof *done->item);
+    for (size_t i = 0; status == HPR_OK && i < chosen; i++) {
+        const decision *d = decisions + i;
+        done->item[done->count++] = (hpr_refinement){
+            .step = step, .leaf = (uint32_t)d->leaf, .raise = d->raise, .halve = {d->halve[0], d->halve[1]}};
+    }
+    if (status == HPR_OK && chosen)
+        status = hpr_adapt_again(solution, done->item + before, chosen);
+    hpr_release(ctx, decisions);
     return status;
 }

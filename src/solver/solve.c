@@ -153,6 +153,21 @@ static hpr_status take_method(hpr_context *ctx, hpr_solve_options *options)
     return HPR_OK;
 }
 
+static hpr_status solve(hpr_context *context, const hpr_scene *scene, hpr_solve_options *chosen,
+                        const hpr_solve_series *series, hpr_solution **out)
+{
+    hpr_solution *solution = NULL;
+    hpr_status status = take_method(context, chosen);
+    if (status == HPR_OK)
+        status = hpr_solution_begin(context, scene, chosen, &solution);
+    if (status == HPR_OK && hpr_solution_lit(solution, scene))
+        status = chosen->tolerance > 0 ? hpr_tolerance_solve(solution, series) : transport(solution, chosen);
+    if (status != HPR_OK)
+        hpr_solution_destroy(&solution);
+    *out = solution;
+    return status;
+}
+
 hpr_status hpr_solve(hpr_context *context, const hpr_scene *scene, const hpr_solve_options *options,
                      hpr_solution **out)
 {
@@ -161,15 +176,16 @@ hpr_status hpr_solve(hpr_context *context, const hpr_scene *scene, const hpr_sol
     if (options)
         chosen = *options;
     hpr_context_clear_error(context);
+    return solve(context, scene, &chosen, NULL, out);
+}
+
+hpr_status hpr_solve_resume(hpr_context *context, const hpr_scene *scene, const hpr_solve_options *options,
+                            const hpr_solve_series *series, hpr_solution **out)
+{
+    hpr_solve_options chosen = *options;
+    hpr_context_clear_error(context);
     *out = NULL;
-    hpr_solution *solution = NULL;
-    hpr_status status = take_method(context, &chosen);
-    if (status == HPR_OK)
-        status = hpr_solution_begin(context, scene, &chosen, &solution);
-    if (status == HPR_OK && hpr_solution_lit(solution, scene))
-        status = chosen.tolerance > 0 ? hpr_tolerance_solve(solution) : transport(solution, &chosen);
-    if (status != HPR_OK)
-        hpr_solution_destroy(&solution);
-    *out = solution;
-    return status;
+    if (!(chosen.tolerance > 0))
+        return hpr_fail(context, HPR_ERR_ARG, "a solve can be taken up again only if it has a tolerance");
+    return solve(context, scene, &chosen, series, out);
 }

@@ -70,38 +70,72 @@ static hpr_status take_step(hpr_solution *solution, const hpr_transport_demand *
     return status;
 }
 
-hpr_status hpr_tolerance_solve(hpr_solution *solution)
+/* Refines as it was done before; *step receives the number of the step that follows. */
+static hpr_status take_up(hpr_solution *solution, const hpr_solve_series *series, hpr_refinements *done,
+                          uint32_t *step)
+{
+    hpr_status status =
+        hpr_grow(solution->context, &done->item, &done->capacity, series->done_count + 1, sizeof *done->item);
+    size_t first = 0;
+    while (status == HPR_OK && first < series->done_count) {
+        size_t end = first;
+        for (; end < series->done_count && series->done[end].step == *step; end++)
+            done->item[done->count++] = series->done[end];
+        status = end > first
+                     ? hpr_adapt_again(solution, series->done + first, end - first)
+                     : hpr_fail(solution->context, HPR_ERR_ARG, "%s: refinements of step %u are missing",
+                                solution->scene_name, (unsigned)*step);
+        first = end;
+        ++*step;
+    }
+    return status;
+}
+
+/* Refines for the next step, if there is to be one, and tells of it; *last: there is none. */
+static hpr_status prepare_step(hpr_solution *solution, const hpr_solve_series *series, const step *s,
+                               uint32_t count, hpr_refinements *done, bool *last)
+{
+    static const double aim = 0.6; /* of the tolerance, for a step that should be the last */
+    double goal = aim * solution->summary.options.tolerance / s->error * s->estimate.indicated;
+    size_t before = done->count;
+    hpr_status status = hpr_adapt(solution, s->estimate.indicator, goal, count, done);
+    *last = done->count == before;
+    if (status == HPR_OK && !*last && series->stepped)
+        status = series->stepped(series->user, done->item, done->count);
+    return status;
+}
+
+hpr_status hpr_tolerance_solve(hpr_solution *solution, const hpr_solve_series *series)
 {
     enum { MAX_STEPS = 100 };
-    static const double aim = 0.6; /* of the tolerance, for a step that should be the last */
-    const hpr_solve_options *options = &solution->summary.options;
-    hpr_transport_demand demand = demand_for(options);
+    static const hpr_solve_series whole = {0};
+    hpr_solve_summary *summary = &solution->summary;
+    hpr_transport_demand demand = demand_for(&summary->options);
+    hpr_refinements done = {0};
     hpr_links *known = NULL;
     double begun = omp_get_wtime();
-    hpr_status status = HPR_OK;
     bool last = false;
-    for (int count = 1; status == HPR_OK && !last; count++) {
+    uint32_t count = 1;
+    series = series ? series : &whole;
+    hpr_status status = take_up(solution, series, &done, &count);
+    for (; status == HPR_OK && !last; count++) {
         step s = {0};
         double step_begun = omp_get_wtime();
-        size_t refined = 0;
         status = take_step(solution, &demand, &s);
-        bool reached = s.error <= options->tolerance;
-        last = reached || count == MAX_STEPS || !within_limits(&solution->summary, begun, step_begun);
-        if (status == HPR_OK && !last) {
-            double goal = aim * options->tolerance / s.error * s.estimate.indicated;
-            status = hpr_adapt(solution, s.estimate.indicator, goal, &refined);
-            last = refined == 0;
-        }
+        summary->reached = s.error <= summary->options.tolerance;
+        summary->steps = (int)count;
+        last = summary->reached || count >= MAX_STEPS || !within_limits(summary, begun, step_begun);
+        if (status == HPR_OK && !last)
+            status = prepare_step(solution, series, &s, count, &done, &last);
         if (status == HPR_OK && last)
             status = hpr_transport_finish(solution, &s.light);
         hpr_links_destroy(&known);
         known = s.light.links;
         demand.known = known;
         s.light.links = NULL;
-        solution->summary.steps = count;
-        solution->summary.reached = reached;
         close_step(&s);
     }
     hpr_links_destroy(&known);
+    hpr_release(solution->context, done.item);
     return status;
 }

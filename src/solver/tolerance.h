@@ -7,8 +7,9 @@
 /*
  * Stages in order, on the elements of the solution and then on ever finer ones, until the estimated error
  * (summary.error_estimate) is below options.tolerance, a limit is reached or nothing can be refined; the last
- * solution stands, with its energy terms. Errors: those of hpr_transport_solve.
+ * solution stands, with its energy terms. series: where to begin and whom to tell, or NULL. Errors:
+ * those of hpr_transport_solve and hpr_solve_resume.
  */
-hpr_status hpr_tolerance_solve(hpr_solution *solution);
+hpr_status hpr_tolerance_solve(hpr_solution *solution, const hpr_solve_series *series);
 
 #endif

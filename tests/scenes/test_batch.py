@@ -39,6 +39,12 @@ BAD_FILES = {
                      ["bad.json:1", "settings[0].order", "17"]),
     "no word of it": ('{"scenes": ["one.gltf"], "settings": [{"name": "a", "solver": "jacobi"}]}',
                       ["settings[0].solver", "gauss-seidel"]),
+    "a tolerance of nothing": ('{"scenes": ["one.gltf"], "settings": [{"name": "a",\n "tol": 0}]}',
+                               ["bad.json:2", "settings[0].tol", "above 0"]),
+    "a refinement without tolerance": ('{"scenes": ["one.gltf"], "settings": [{"name": "a",\n "refine": "h"}]}',
+                                       ["bad.json:2", "settings[0]", "refine", "tol"]),
+    "a limit without tolerance": ('{"scenes": ["one.gltf"], "settings": [{"name": "a", "max_memory": 1e9}]}',
+                                  ["settings[0]", "max_memory", "tol"]),
     "a setting without name": ('{"scenes": ["one.gltf"], "settings": [{"order": 1}]}', ["settings[0]", "no name"]),
     "a scene without file": ('{"scenes": [{"name": "a"}]}', ["scenes[0]", "file"]),
     "a name that is a path": ('{"scenes": [{"name": "a/b", "file": "one.gltf"}]}', ["scenes[0].name", '"a/b"']),
@@ -191,6 +197,23 @@ def check_failures(command, out, whole):
     check("SIGINT: nothing is left", list(contents(out)))
 
 
+def check_tolerances(command, out):
+    """Two settings that reach their tolerance, and two that are not given the time or the memory for a second step."""
+    shutil.rmtree(out)
+    tight = {"tol": 1e-6, "order": 2}
+    settings = [{"name": "easy", "tol": .5}, {"name": "h", "tol": .5, "refine": "h", "max_time": 1000, "max_memory": 1e10},
+                {"name": "hasty", "max_time": 1e-9, **tight}, {"name": "lean", "max_memory": 1, **tight}]
+    write_jobs(command.folder, "tol.json", scenes=["swarm2.gltf"], settings=settings)
+    for again in (False, True):
+        result = command("batch", "tol.json")
+        check(f"missed tolerances: exit code 4{', also when nothing is made' if again else ''}",
+              [*problems(result, 4, () if again else ["swarm2.gltf", "tolerance 1e-06", "--max-time"]), *([] if "0 failed, 2 missed" in result.stdout else [result.stdout])])
+    told = manifest(out)
+    check("missed tolerances: the manifest says which solutions, once",
+          sorted(line["missed"] for line in told if line["output"].endswith(".glb")) == [False, False, True, True])
+    check("missed tolerances: the pictures are made all the same", sum(line["output"].endswith(".exr") for line in told) == 12)
+
+
 def check_memory(command, out, whole):
     shutil.rmtree(out)
     result = command("batch", "jobs.json", "--memory", "0.001")
@@ -242,6 +265,7 @@ def main():
         check_kills(command, out, whole, kills)
         check_together(command, out, whole)
         check_failures(command, out, whole)
+        check_tolerances(command, out)
         if sys.argv[2] == "none":  # sanitizers leave no limit to memory
             check_memory(command, out, whole)
     return done()

@@ -24,7 +24,7 @@ FILM = ["--camera", "--size", "--samples", "--png", "--exposure"]
 RENDER = [*FILM, "--camera-file", "--orbit", "--orbit-centre", "--frames", "--crop", "--filter", "--filter-width",
           "--aov", "--half", "--tiled", "--false-colour", "--compare"]
 METHOD = ["--method", "--hemicube", "--rays", "--shots", "--every"]
-OPTIONS = {"": SOLVE + RENDER, "solve": SOLVE + METHOD, "render": [*RENDER, "--environment", "--report"], "probe": [],
+OPTIONS = {"": SOLVE + RENDER, "solve": [*SOLVE, *METHOD, "--checkpoint", "--resume"], "render": [*RENDER, "--environment", "--report"], "probe": [],
            "batch": ["--jobs", "--memory", "--shard", "--dry-run"],
            "formfactors": ["--tol", "--order", "--use-eps", "--scene-index"],
            "reference": FILM + ["--seed", "--environment", "--max-reflectance", "--metallic", "--scene-index", "--report"],
@@ -408,6 +408,35 @@ def check_pictures(command):
     check("the picture is an OpenEXR file", several[:4] == b"\x76\x2f\x31\x01")
 
 
+def check_tolerance(command):
+    """A tolerance that is met, and one that --max-time leaves no time for: all is written, and then exit code 4."""
+    def report(name):
+        with open(path_of(command, name), encoding="utf-8") as file:
+            return json.load(file)
+
+    missed = ("--tol", "1e-6", "--max-time", "1e-9", "--quiet")
+    for verb, arguments, files in (("solve", ("-o", "late.glb"), ["late.glb"]),
+                                   ("", (*SMALL, "-o", "late.exr"), ["late.exr"])):
+        result = command(*filter(None, [verb]), "one.gltf", *missed, *arguments, "--report", "late.json")
+        told = report("late.json")
+        estimate = f"{told['error_estimate']:.2e}"
+        check(f"hprad {verb}: a tolerance that is missed",
+              problems(result, 4, ["one.gltf", f"estimated error is {estimate}", "tolerance 1e-06", "is written"], ""))
+        check(f"hprad {verb}: the report says so",
+              told["error_estimate"] > 1e-6 and told["settings"]["tolerance"] == 1e-6)
+        for name in (*files, "late.json"):
+            check(f"hprad {verb}: {name} is there all the same", name in command.listing())
+            os.remove(path_of(command, name))
+    for verb, arguments in (("solve", ("-o", "met.glb")), ("", (*SMALL, "-o", "met.exr"))):
+        result = command(*filter(None, [verb]), "one.gltf", "--tol", "0.5", *arguments, "--report", "met.json")
+        told = report("met.json")
+        check(f"hprad {verb}: a tolerance that is met", [*problems(result, 0), *(
+            [] if 0 <= told["error_estimate"] <= .5 else [f"{told}"])])
+    check("the parts of the error add up", abs(sum(told["error_parts"].values()) - told["error_estimate"]) <= 1e-12)
+    result = command("solve", "dark.gltf", "--tol", "1e-3", "-o", "dark.glb")
+    check("no light with a tolerance: done, with a warning", problems(result, 0, ["warning", "dark.gltf", "no light"]))
+
+
 def check_environment(command):
     """Light from outside, through the command."""
     def picture(*arguments):
@@ -487,6 +516,7 @@ def main():
         check_outputs_refused(command)
         check_full_disk(command)
         check_pictures(command)
+        check_tolerance(command)
         check_environment(command)
         check_probe(command)
         check_signals(command)

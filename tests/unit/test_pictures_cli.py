@@ -4,6 +4,7 @@ false colours, comparison."""
 import json
 import math
 import os
+import struct
 import sys
 import tempfile
 
@@ -138,6 +139,53 @@ def check_layers(pictures):
     check("no direct light where it went through the basis", problems(result, 3, ["direct and indirect", "galerkin"]))
 
 
+def leaf_errors(path):
+    """sqrt(area) and error of each leaf element of a solution file."""
+    with open(path, "rb") as file:
+        data = file.read()
+    length = struct.unpack_from("<I", data, 12)[0]
+    root = json.loads(data[20:20 + length])
+    extension = root["extensions"]["HPRAD_radiosity"]
+
+    def column(group, key, code):
+        array = extension[group][key]
+        place = 28 + length + root["bufferViews"][array["bufferView"]].get("byteOffset", 0)
+        return struct.unpack_from(f"<{array['count']}{code}", data, place)
+
+    area = column("elements", "area", "d")
+    return [(math.sqrt(area[node]), error) for node, error in
+            zip(column("solution", "leaf", "I"), column("solution", "error", "d"))]
+
+
+def check_error(pictures):
+    """The layer `error`: what the solution says of each element, as a root mean square over its area."""
+    grey = {"baseColorFactor": [.5, .5, .5, 1], "metallicFactor": 0}
+    write_scene(os.path.join(pictures.command.folder, "grey.gltf"), materials=[
+        {"pbrMetallicRoughness": grey}, {"pbrMetallicRoughness": grey, "emissiveFactor": [1, 1, .5]}])
+    solved = pictures.command("solve", "grey.gltf", "--tol", "1e-3", "--refine", "h", "--order", "2", "-o", "tol.glb",
+                              "--report", "tol.json", "--quiet")
+    check("a solution with an estimate", problems(solved, 0))
+    pictures("e.exr", "--aov", "error,elementId", solution="tol.glb")
+    c = pictures.read("e.exr").channels
+    leaves = leaf_errors(os.path.join(pictures.command.folder, "tol.glb"))
+    expected = [0 if i == NONE else leaves[i][1] / leaves[i][0] for i in c["elementId"]]
+    check("error is the element's estimate over the root of its area, 0 where nothing is",
+          [f"pixel {i}: {got}, expected {want}" for i, (got, want) in enumerate(zip(c["error"], expected))
+           if abs(got - want) > 2 ** -24 * want])
+    check("elements differ in it", len(set(c["error"])) > 3 and NONE in c["elementId"])
+    # The squares add up to that of the whole: discretisation * |H| of the worst channel; |H| <= max H sqrt(area).
+    with open(os.path.join(pictures.command.folder, "tol.json"), encoding="utf-8") as file:
+        report = json.load(file)
+    pictures("h.exr", "--aov", "irradiance", solution="tol.glb")
+    brightest = max(pictures.read("h.exr").channels["irradiance.R"])
+    total = math.sqrt(sum(error * error for _, error in leaves))
+    most = brightest * math.sqrt(sum(side * side for side, _ in leaves))
+    part = report["error_parts"]["discretisation"]
+    check("the whole is as large as the report says", 0 < total <= part * most or [f"{total} > {part} * {most}"])
+    result = pictures.command("render", "one.glb", "-o", "x.exr", "--aov", "error")
+    check("no layer error without an estimate", problems(result, 3, ["one.gltf", "no estimate", "--tol"]))
+
+
 def check_kinds(pictures):
     pictures("float.exr", "--aov", LAYERS, "--size", "150x70")
     whole = pictures.read("float.exr")
@@ -195,7 +243,7 @@ def main():
         os.mkdir(os.path.join(folder, "turn"))
         check("a solution to look at", problems(command("solve", "one.gltf", *COARSE, "-o", "one.glb"), 0))
         pictures = Pictures(command)
-        for part in (check_orbit, check_cameras, check_window, check_filter, check_layers, check_kinds,
+        for part in (check_orbit, check_cameras, check_window, check_filter, check_layers, check_error, check_kinds,
                      check_false_colour, check_compare):
             part(pictures)
     return done()

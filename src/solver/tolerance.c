@@ -91,8 +91,7 @@ static hpr_status estimate_error(hpr_solution *solution, step *s)
     return HPR_OK;
 }
 
-/* What the parts of a solve may err by, so that all of them together stay far below the tolerance. */
-static hpr_transport_demand demand_for(const hpr_solve_options *options)
+hpr_transport_demand hpr_tolerance_demand(const hpr_solve_options *options)
 {
     static const double links = 0.1, blocks = 0.1, direct = 0.01, solver = 0.01, rounding = 1e-13;
     double t = options->tolerance, given = options->block_tolerance;
@@ -159,7 +158,7 @@ hpr_status hpr_tolerance_solve(hpr_solution *solution)
     enum { MAX_STEPS = 100 };
     static const double aim = 0.6; /* of the tolerance, for a step that should be the last */
     const hpr_solve_options *options = &solution->summary.options;
-    hpr_transport_demand demand = demand_for(options);
+    hpr_transport_demand demand = hpr_tolerance_demand(options);
     hpr_links *known = NULL;
     double begun = omp_get_wtime();
     hpr_status status = HPR_OK;

@@ -55,9 +55,10 @@ typedef struct hpr_plan {
 typedef struct hpr_job_plan_options {
     const char *report_path; /**< the plan as JSON; NULL: none */
     hpr_read_options read;
-    hpr_solve_options solve;  /**< of all rows; with a tolerance the table has this one alone. max_seconds and
-                                   max_bytes limit what is measured, by prediction and in the solve; 0: 60 s
-                                 and  half of the machine's memory */
+    /** Of all rows; with a tolerance the table has this one alone. max_seconds (0: 60) and max_bytes (0: half
+     * of the machine's) limit what is measured: what is predicted to take more CPU seconds or memory is not
+     * solved, and a solve ends after four times the seconds of wall clock. */
+    hpr_solve_options solve;
     size_t environment_count; /**< as for hpr_job_solve */
     const double *environment;
     int measure; /**< 1: what the limits allow is solved, too */

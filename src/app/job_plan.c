@@ -85,9 +85,10 @@ static double cpu_seconds(void)
 
 static hpr_status measure_one(planning *p, hpr_plan_solve *solve, double max_s, double max_bytes)
 {
+    static const double patience = 4; /* the prediction may be too low, and a busy machine slow */
     hpr_solve_options options = options_of(p, solve->tolerance);
     if (solve->tolerance > 0) {
-        options.max_seconds = max_s;
+        options.max_seconds = patience * max_s;
         options.max_bytes = max_bytes;
     }
     hpr_solution *solution = NULL;

@@ -116,12 +116,12 @@ def check_left_out(command, scenes):
 
 def check_prediction(command, scenes):
     for name in SCENES:
-        told = plan(command, os.path.join(scenes, name + ".gltf"), "--measure", "--max-time", "2")
+        told = plan(command, os.path.join(scenes, name + ".gltf"), "--measure", "--max-time", "5")
         check(f"{name}: default and three tolerances", [s["tolerance"] for s in told["solves"]] == [None, .1, .01, .001])
         for row in told["solves"]:
             predicted, measured, tolerance = row["predicted"], row["measured"], row["tolerance"]
             if not measured:
-                check(f"{name} at {tolerance}: too dear for 2 s", predicted["cpu_seconds"] > 2)
+                check(f"{name} at {tolerance}: too dear for 5 s", predicted["cpu_seconds"] > 5)
                 continue
             if tolerance is None:
                 check(f"{name}: elements, coefficients and links of the default are exact",
@@ -152,7 +152,6 @@ def check_too_large(command):
     check("too large: said, exit code 0", [] if result.returncode == 0 and "too large" in result.stdout else [str(result)])
     check("with predicted memory", told["solves"][0]["too_large"] and told["solves"][0]["predicted"]["memory_bytes"] > 1e10)
     check("pairs are drawn", 0 < told["pairs"]["drawn"] < told["pairs"]["all"])
-    check("solve refuses it", problems(command("solve", "large.gltf", "--order", "16", "--feet", "0", "--subdivide", "0"), 1, ["GB"]))
 
 
 def check_usage(command):

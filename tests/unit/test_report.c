@@ -31,6 +31,7 @@ static hpr_solution example(fixture *f)
     s.channel_name = names;
     s.summary = (hpr_solve_summary){
         .options = {.order = 2, .subdivide = 3, .feet = 1, .solver_tolerance = 1e-12, .max_sweeps = 100},
+        .error_estimate = NAN,
         .blocked_tolerance = 1e-3,
         .visibility_error = 0.0025,
         .link_tolerance = 1e-4,

@@ -34,7 +34,6 @@ static hpr_solution example(fixture *f)
         .error_parts = {0.025, 0.0078125, 0.00390625, 0.00078125},
         .steps = 6,
         .options = {.order = 2, .subdivide = 3, .feet = 1, .solver_tolerance = 1e-12, .max_sweeps = 100},
-        .error_estimate = NAN,
         .blocked_tolerance = 1e-3,
         .visibility_error = 0.0025,
         .link_tolerance = 1e-4,

@@ -7,6 +7,7 @@
 #include <hprad/compare.h>
 #include <hprad/context.h>
 #include <hprad/job.h>
+#include <hprad/plan.h>
 #include <hprad/reference.h>
 #include <hprad/render.h>
 #include <hprad/report.h>

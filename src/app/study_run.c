@@ -1,5 +1,6 @@
 #include "app/study_run.h"
 
+#include "app/memory_peak.h"
 #include "solver/solution.h"
 
 #include <hprad/baseline.h>
@@ -38,31 +39,6 @@ static cost read_clocks(const hpr_context *ctx)
         }
     }
     return now;
-}
-
-/* Peak memory of the process can be set back to what is in use (Linux 4.0, proc(5)). */
-static void reset_peak(void)
-{
-    FILE *file = fopen("/proc/self/clear_refs", "w");
-    if (file) {
-        fputs("5", file);
-        fclose(file);
-    }
-}
-
-/* NaN if the system does not say. */
-static double read_peak(void)
-{
-    char line[128];
-    double kib = NAN;
-    FILE *file = fopen("/proc/self/status", "r");
-    while (file && fgets(line, sizeof line, file)) {
-        if (!strncmp(line, "VmHWM:", 6))
-            kib = strtod(line + 6, NULL);
-    }
-    if (file)
-        fclose(file);
-    return 1024 * kib;
 }
 
 static int compare(const void *left, const void *right)
@@ -131,11 +107,11 @@ static hpr_status solve_once(hpr_context *ctx, const hpr_scene *scene, const hpr
     uint64_t before[3];
     for (int k = 0; k < 3; k++)
         before[k] = hpr_counter_value(ctx, counters[k]);
-    reset_peak();
+    hpr_memory_reset_peak();
     cost start = read_clocks(ctx);
     hpr_status status = hpr_baseline_solve(ctx, scene, solve, baseline, solution);
     cost end = read_clocks(ctx);
-    row->peak_memory_bytes = read_peak();
+    row->peak_memory_bytes = hpr_memory_peak();
     for (int k = 0; k < 3; k++)
         *counts[k] = (double)(hpr_counter_value(ctx, counters[k]) - before[k]);
     *used = (cost){end.wall_s - start.wall_s, end.cpu_s - start.cpu_s, {0}};

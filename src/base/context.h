@@ -29,6 +29,7 @@ typedef enum hpr_counter {
     HPR_COUNT_SAMPLED,       /* blocks whose visibility was sampled by rays */
     HPR_COUNT_SHORT,         /* blocks whose quadrature stopped short of its tolerance */
     HPR_COUNT_ROUNDED,       /* blocks that only rounding of the coordinates may keep from it */
+    HPR_COUNT_TEXTURES,      /* means of textures over faces, or over whole pictures */
     HPR_COUNTER_COUNT
 } hpr_counter;
 

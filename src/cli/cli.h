@@ -26,6 +26,7 @@ int cli_probe(int argc, const char **argv);
 int cli_formfactors(int argc, const char **argv);
 int cli_reference(int argc, const char **argv);
 int cli_study(int argc, const char **argv);
+int cli_plan(int argc, const char **argv);
 int cli_batch(int argc, const char **argv);
 int cli_picture(int argc, const char **argv); /* the form without verb */
 

@@ -16,6 +16,7 @@ static const struct {
     {"formfactors", "hprad formfactors", cli_formfactors},
     {"reference", "hprad reference", cli_reference},
     {"study", "hprad study", cli_study},
+    {"plan", "hprad plan", cli_plan},
     {"batch", "hprad batch", cli_batch},
 };
 

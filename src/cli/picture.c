@@ -37,15 +37,17 @@ static bool take(void *user, int id, const char *value)
 
 static const cli_verb verb = {
     .name = "hprad",
-    .operands = "SCENE.gltf|SCENE.glb [OPTIONS]\n"
-                "   or: hprad solve  SCENE [OPTIONS]               scene -> solution\n"
-                "   or: hprad render SOL.glb|SCENE [OPTIONS]       solution -> a picture per camera\n"
-                "   or: hprad probe  SOL.glb POINTS.csv [OPTIONS]  irradiance and radiosity at points\n"
-                "   or: hprad formfactors MODEL [OPTIONS]          view factors between surfaces\n"
-                "   or: hprad reference SCENE [OPTIONS]            path tracing: the independent check\n"
-                "   or: hprad study SCENE [OPTIONS]                what accuracy costs: sweeps -> CSV\n"
-                "   or: hprad batch JOBS.json [OPTIONS]            many scenes, many views, resumable\n"
-                "       hprad VERB --help                          more on a verb",
+    .operands =
+        "SCENE.gltf|SCENE.glb [OPTIONS]\n"
+        "   or: hprad solve  SCENE [OPTIONS]               scene -> solution\n"
+        "   or: hprad render SOL.glb|SCENE [OPTIONS]       solution -> a picture per camera\n"
+        "   or: hprad probe  SOL.glb POINTS.csv [OPTIONS]  irradiance and radiosity at points\n"
+        "   or: hprad formfactors MODEL [OPTIONS]          view factors between surfaces\n"
+        "   or: hprad reference SCENE [OPTIONS]            path tracing: the independent check\n"
+        "   or: hprad study SCENE [OPTIONS]                what accuracy costs: sweeps -> CSV\n"
+        "   or: hprad plan SCENE [OPTIONS]                 what a scene calls for, and what it costs\n"
+        "   or: hprad batch JOBS.json [OPTIONS]            many scenes, many views, resumable\n"
+        "       hprad VERB --help                          more on a verb",
     .about = "Diffuse global illumination by higher-order radiosity. Without a verb: solves the scene and\n"
              "renders every camera as an OpenEXR picture of radiance.\n"
              "Exit codes: 0 done, 1 failed, 2 wrong usage, 3 bad input, 4 tolerance not reached,\n"
@@ -67,15 +69,16 @@ static bool check_verb(int argc, const char **argv)
     const char *word = argc > 1 ? argv[1] : NULL;
     if (!word) {
         cli_complain("no input: expected a scene or a verb (solve, render, probe, formfactors, reference, "
-                     "study, batch); "
+                     "study, plan, batch); "
                      "see 'hprad --help'");
         return false;
     }
     if (word[0] && word[0] != '-' && !strpbrk(word, "./") && access(word, F_OK) != 0 && errno == ENOENT) {
-        cli_complain("'%s' is neither a verb (solve, render, probe, formfactors, reference, study, batch) "
-                     "nor a file; see "
-                     "'hprad --help'",
-                     word);
+        cli_complain(
+            "'%s' is neither a verb (solve, render, probe, formfactors, reference, study, plan, batch) "
+            "nor a file; see "
+            "'hprad --help'",
+            word);
         return false;
     }
     for (int i = 1; i < argc; i++) {

@@ -30,6 +30,7 @@ rgb emitted_radiance(document &doc, texture_set &textures, const tinygltf::Mater
         return out;
     textured_count++;
     rgb mean = texture_mean(textures.open(material.emissiveTexture.index));
+    hpr_count(doc.context, HPR_COUNT_TEXTURES, 1);
     for (size_t c = 0; c < 3; c++)
         out[c] *= mean[c];
     if (hpr_cancelled(doc.context))

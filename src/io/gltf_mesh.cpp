@@ -174,8 +174,10 @@ void average_reflectance(reader &r, const tinygltf::Primitive &primitive, primit
             for (size_t a = 0; tex && a < 2; a++)
                 uv[k][a] = out.uv[2 * v + a];
         }
-        if (tex)
+        if (tex) {
             mean = texture_triangle_mean(*tex, uv, corner);
+            hpr_count(r.doc.context, HPR_COUNT_TEXTURES, 1);
+        }
         out.reflectance.insert(out.reflectance.end(), mean.begin(), mean.end());
         if (f % cancel_interval == 0 && hpr_cancelled(r.doc.context))
             fail(r.doc, HPR_ERR_INTERRUPTED, "interrupted");

@@ -1,7 +1,7 @@
 /* What a run did and cost, as JSON. The README lists the keys; they do not change their meaning. */
 #include "io/atomic_file.h"
 #include "io/report_parts.h"
-#include "solver/solution.h"
+#include "solver/effects.h"
 
 #include <hprad/report.h>
 #include <hprad/version.h>
@@ -72,6 +72,7 @@ static void add_counters(cJSON *root, const hpr_context *ctx, bool *ok)
         [HPR_COUNT_SAMPLED] = "blocks_sampled",
         [HPR_COUNT_SHORT] = "blocks_short",
         [HPR_COUNT_ROUNDED] = "blocks_rounded",
+        [HPR_COUNT_TEXTURES] = "texture_means",
     };
     cJSON *counters = hpr_json_object(root, "counters", ok);
     for (int i = 0; i < HPR_COUNTER_COUNT; i++) {
@@ -162,6 +163,24 @@ static void add_energy(cJSON *root, const hpr_solution *solution, bool *ok)
     }
 }
 
+void hpr_report_add_effects(cJSON *root, const hpr_plan_effect *effect, bool *ok)
+{
+    cJSON *plan = hpr_json_object(root, "plan", ok);
+    for (int i = 0; i < HPR_PLAN_EFFECTS; i++) {
+        cJSON *item = hpr_json_object(plan, effect[i].name, ok);
+        hpr_json_bool(item, "called_for", effect[i].called_for, ok);
+        hpr_json_text(item, "why", effect[i].why, ok);
+    }
+}
+
+static void add_plan(cJSON *root, const hpr_solution *solution, bool *ok)
+{
+    hpr_plan_effect effect[HPR_PLAN_EFFECTS];
+    hpr_effect_facts facts = hpr_effect_facts_of(solution);
+    hpr_effects_name(&facts, effect);
+    hpr_report_add_effects(root, effect, ok);
+}
+
 void hpr_report_add_warnings(cJSON *root, const hpr_context *ctx, bool *ok)
 {
     cJSON *warnings = hpr_json_array(root, "warnings", ok);
@@ -197,6 +216,7 @@ hpr_status hpr_report_write(hpr_context *ctx, const hpr_solution *solution, cons
     cJSON *root = cJSON_CreateObject();
     hpr_report_add_program(root, ctx, &ok);
     hpr_json_text(root, "scene", scene_path ? scene_path : solution->scene_name, &ok);
+    add_plan(root, solution, &ok);
     add_counts(root, solution, &ok);
     add_counters(root, ctx, &ok);
     hpr_report_add_cost(root, ctx, &ok);

@@ -5,11 +5,16 @@
 #include "base/context.h"
 #include "io/json_text.h"
 
+#include <hprad/plan.h>
+
 /* hprad, isa, threads: what ran. */
 void hpr_report_add_program(cJSON *root, const hpr_context *ctx, bool *ok);
 
 /* stages, cpu_seconds, peak_memory_bytes. */
 void hpr_report_add_cost(cJSON *root, const hpr_context *ctx, bool *ok);
+
+/* plan: what a scene calls for [HPR_PLAN_EFFECTS]. */
+void hpr_report_add_effects(cJSON *root, const hpr_plan_effect *effect, bool *ok);
 
 /* warnings: every one said so far on the context. */
 void hpr_report_add_warnings(cJSON *root, const hpr_context *ctx, bool *ok);

@@ -184,6 +184,8 @@ static hpr_status make_links(assembly *a, const hpr_links_demand *demand)
         return status;
     links->row_count = node_count(a);
     place_blocks(a);
+    if (demand->counted)
+        return HPR_OK;
     status = check_memory(a);
     if (status == HPR_OK)
         status = index_rows(a);
@@ -538,7 +540,7 @@ static void close_workers(assembly *a)
     hpr_release(a->context, a->workers);
 }
 
-static hpr_status prepare(assembly *a)
+static hpr_status prepare(assembly *a, const bool *sends)
 {
     for (size_t i = 0; i < a->patches->count; i++)
         a->links->area_m2 += a->patches->area_m2[i];
@@ -546,7 +548,7 @@ static hpr_status prepare(assembly *a)
     if (status == HPR_OK)
         status = hpr_links_afford(a->visibility, a->elements);
     if (status == HPR_OK)
-        status = hpr_views_create(a->visibility, NULL, &a->views);
+        status = hpr_views_create(a->visibility, sends, &a->views);
     if (status == HPR_OK)
         status = hpr_quadrature_create(a->context, &a->quadrature);
     if (status == HPR_OK)
@@ -569,10 +571,10 @@ hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *
     if (status != HPR_OK)
         return status;
     a.links->context = ctx;
-    status = prepare(&a);
+    status = prepare(&a, demand->sends);
     if (status == HPR_OK)
         status = make_links(&a, demand);
-    if (status == HPR_OK) {
+    if (status == HPR_OK && !demand->counted) {
         choose_tolerances(&a, demand->block_tolerance);
         integrate_all(&a);
         sum_notes(a.links);

@@ -52,6 +52,7 @@ typedef struct hpr_links_demand {
     const hpr_links *known; /* the links of these trees before some leaves were refined, with the same
                                tolerances; their blocks are taken over where they still serve. NULL: none */
     bool constant;          /* links carry constants only, on all levels */
+    bool counted;           /* find the links, integrate nothing: block and row_link stay NULL */
     const bool *sends;      /* [patches] does it reflect or emit? Pairs of which none does have no link. */
 } hpr_links_demand;
 

@@ -28,8 +28,7 @@ static void close_step(step *s)
         hpr_estimate_fini(&s->estimate);
 }
 
-/* What the parts of a solve may err by, so that all of them together stay far below the tolerance. */
-static hpr_transport_demand demand_for(const hpr_solve_options *options)
+hpr_transport_demand hpr_tolerance_demand(const hpr_solve_options *options)
 {
     static const double links = 0.1, blocks = 0.1, direct = 0.01, solver = 0.01, rounding = 1e-13;
     double t = options->tolerance, given = options->block_tolerance;
@@ -110,7 +109,7 @@ hpr_status hpr_tolerance_solve(hpr_solution *solution, const hpr_solve_series *s
     enum { MAX_STEPS = 100 };
     static const hpr_solve_series whole = {0};
     hpr_solve_summary *summary = &solution->summary;
-    hpr_transport_demand demand = demand_for(&summary->options);
+    hpr_transport_demand demand = hpr_tolerance_demand(&summary->options);
     hpr_refinements done = {0};
     hpr_links *known = NULL;
     double begun = omp_get_wtime();

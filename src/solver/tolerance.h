@@ -3,6 +3,10 @@
 #define HPR_SOLVER_TOLERANCE_H
 
 #include "solver/solution.h"
+#include "solver/transport.h"
+
+/* What the parts of a solve may err by, so that all of them together stay far below the tolerance. */
+hpr_transport_demand hpr_tolerance_demand(const hpr_solve_options *options);
 
 /*
  * Stages in order, on the elements of the solution and then on ever finer ones, until the estimated error

@@ -137,7 +137,7 @@ static void summarise_links(hpr_solution *solution, const hpr_links *links)
 }
 
 static hpr_status link_up(const hpr_solution *solution, const hpr_coverage *coverage,
-                          const hpr_transport_demand *asked, hpr_links **links)
+                          const hpr_transport_demand *asked, bool counted, hpr_links **links)
 {
     const hpr_patches *patches = solution->patches;
     size_t n = patches->channel_count;
@@ -151,6 +151,7 @@ static hpr_status link_up(const hpr_solution *solution, const hpr_coverage *cove
     const hpr_links_demand demand = {.link_tolerance = asked->link_tolerance,
                                      .block_tolerance = asked->block_tolerance,
                                      .known = asked->known,
+                                     .counted = counted,
                                      .constant = solution->summary.options.method == HPR_METHOD_HIERARCHICAL,
                                      .sends = sends};
     status = hpr_links_assemble(coverage, solution->elements, &demand, links);
@@ -209,7 +210,7 @@ hpr_status hpr_transport_solve(hpr_solution *solution, const hpr_transport_deman
     hpr_stage_begin(ctx, "assembly");
     hpr_status status = hpr_coverage_create(solution->patches, solution->elements, &t->coverage);
     if (status == HPR_OK)
-        status = link_up(solution, t->coverage, demand, &t->links);
+        status = link_up(solution, t->coverage, demand, false, &t->links);
     hpr_stage_end(ctx);
     if (status == HPR_OK) {
         summarise_links(solution, t->links);
@@ -238,6 +239,14 @@ hpr_status hpr_transport_finish(hpr_solution *solution, const hpr_transport *t)
     for (size_t i = 0; status == HPR_OK && i < n * dofs; i++)
         solution->irradiance[i] -= t->direct[i % n * dofs + i / n];
     return status;
+}
+
+hpr_status hpr_transport_count(const hpr_solution *solution, const hpr_transport_demand *demand,
+                               hpr_transport *t)
+{
+    *t = (hpr_transport){0};
+    hpr_status status = hpr_coverage_create(solution->patches, solution->elements, &t->coverage);
+    return status == HPR_OK ? link_up(solution, t->coverage, demand, true, &t->links) : status;
 }
 
 void hpr_transport_fini(hpr_transport *t)

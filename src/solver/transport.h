@@ -32,6 +32,11 @@ hpr_status hpr_transport_solve(hpr_solution *solution, const hpr_transport_deman
 /* The energy terms, and then solution->irradiance without what is evaluated at points. Errors as above. */
 hpr_status hpr_transport_finish(hpr_solution *solution, const hpr_transport *transport);
 
+/* The links of hpr_transport_solve without their blocks, and the coverage that they borrow; nothing is
+ * integrated. transport as above. Errors as above. */
+hpr_status hpr_transport_count(const hpr_solution *solution, const hpr_transport_demand *demand,
+                               hpr_transport *transport);
+
 void hpr_transport_fini(hpr_transport *transport);
 
 #endif

@@ -25,6 +25,7 @@ RENDER = [*FILM, "--camera-file", "--orbit", "--orbit-centre", "--frames", "--cr
           "--aov", "--half", "--tiled", "--false-colour", "--compare"]
 METHOD = ["--method", "--hemicube", "--rays", "--shots", "--every"]
 OPTIONS = {"": SOLVE + RENDER, "solve": [*SOLVE, *METHOD, "--checkpoint", "--resume"], "render": [*RENDER, "--environment", "--report"], "probe": [],
+           "plan": ["--measure", *SOLVE],
            "batch": ["--jobs", "--memory", "--shard", "--dry-run"],
            "formfactors": ["--tol", "--order", "--use-eps", "--scene-index"],
            "reference": FILM + ["--seed", "--environment", "--max-reflectance", "--metallic", "--scene-index", "--report"],
@@ -34,8 +35,8 @@ OPTIONS = {"": SOLVE + RENDER, "solve": [*SOLVE, *METHOD, "--checkpoint", "--res
 
 # arguments after `hprad`: texts that the message must hold
 WRONG_USAGE = [
-    ((), ["solve, render, probe, formfactors, reference, study, batch", "--help"]),
-    (("plan", "one.gltf"), ["'plan'", "verb", "file"]),
+    ((), ["solve, render, probe, formfactors, reference, study, plan, batch", "--help"]),
+    (("bake", "one.gltf"), ["'bake'", "verb", "file"]),
     (("batch",), ["no input", "one batch file"]),
     (("formfactors",), ["no input", "one model"]),
     (("--quiet", "solve", "one.gltf"), ["verb comes first", "solve"]),

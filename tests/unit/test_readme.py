@@ -142,7 +142,7 @@ def main():
         text = file.read()
     lines = commands(text)
     check("the README has commands for every verb",
-          [f"none for {verb}" for verb in ("solve", "render", "probe", "reference", "study") if not any(f" {verb} " in x for x in lines)])
+          [f"none for {verb}" for verb in ("solve", "render", "probe", "reference", "study", "plan") if not any(f" {verb} " in x for x in lines)])
     with tempfile.TemporaryDirectory() as folder:
         os.symlink(os.path.join(root, "scenes"), os.path.join(folder, "scenes"))
         os.symlink(os.path.dirname(hprad), os.path.join(folder, "build"))
@@ -158,6 +158,7 @@ def main():
                if f"`{words}`: polynomials of degree {report['settings']['order']}" not in " ".join(text.split())])
         check("the keys of a report", report_problems(dict(report_rows(text)), report))
         for name, begin, end in (("truth.json", "### Reference", "### Study"),
+                                 ("plan.json", "### Plan", "### Batches"),
                                  ("room.json", "### View factors", "### Reference")):
             with open(os.path.join(folder, name), encoding="utf-8") as file:
                 check("the keys of " + name,

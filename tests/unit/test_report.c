@@ -9,6 +9,15 @@
 /* Two channels, numbers that need 17 digits. */
 static hpr_energy energy[2] = {{10, 2.5, 10.0 / 3, 1.0 / 7, 6.5}, {0, 0, 0, 0, 0}};
 static double environment[2] = {0.1 + 0.2, 0};
+static double exitance[2] = {0, 3}, reflectance[2] = {0, 0};
+static uint8_t side[1] = {1};
+static uint32_t twin[1] = {0};
+static hpr_patches patches = {.count = 1,
+                              .channel_count = 2,
+                              .exitance = exitance,
+                              .reflectance = reflectance,
+                              .side = side,
+                              .twin = twin};
 static char *names[2] = {"R", "x\xff"};
 
 static hpr_solution example(fixture *f)
@@ -16,6 +25,7 @@ static hpr_solution example(fixture *f)
     hpr_solution s = {.context = f->context,
                       .scene_name = "box.gltf",
                       .channel_count = 2,
+                      .patches = &patches,
                       .environment = environment,
                       .energy = energy};
     s.channel_name = names;
@@ -156,6 +166,20 @@ static void keys_are_as_documented(void **state)
             fail_msg("%s: %.17g, not %.17g", numbers[i].path, value, numbers[i].value);
     }
     assert_true(cJSON_IsTrue(item_at(root, "solver/occluded")));
+    static const struct {
+        const char *path;
+        bool called_for;
+    } effects[] = {
+        {"plan/channels/called_for", true},    {"plan/lamps/called_for", true},
+        {"plan/environment/called_for", true}, {"plan/visibility/called_for", true},
+        {"plan/two_sided/called_for", true},   {"plan/interreflection/called_for", false},
+        {"plan/textures/called_for", false},   {"plan/openings/called_for", true},
+    };
+    for (size_t i = 0; i < sizeof effects / sizeof *effects; i++) {
+        if (cJSON_IsTrue(item_at(root, effects[i].path)) != effects[i].called_for)
+            fail_msg("%s is not %d", effects[i].path, effects[i].called_for);
+    }
+    assert_string_equal(item_at(root, "plan/openings/why")->valuestring, "open: a part of 0.52 leaves");
     assert_string_equal(item_at(root, "environment/direct")->valuestring, "exact");
     assert_true(cJSON_IsNull(item_at(root, "settings/tolerance")));
     assert_string_equal(item_at(root, "settings/refine")->valuestring, "hp");

@@ -1,0 +1,79 @@
+#include "app/plan_predict.h"
+
+#include "solver/tolerance.h"
+
+#include <math.h>
+
+static const double megabyte = 1e6, program_mb = 20;
+
+typedef struct load {
+    double links, block_mb, partly; /* of the links the part that see partly */
+} load;
+
+static hpr_status count_links(const hpr_solution *solution, const hpr_solve_options *options, load *out)
+{
+    hpr_transport_demand demand = {.link_tolerance = options->link_tolerance,
+                                   .block_tolerance = options->block_tolerance};
+    if (options->tolerance > 0)
+        demand = hpr_tolerance_demand(options);
+    hpr_transport transport;
+    hpr_status status = hpr_transport_count(solution, &demand, &transport);
+    if (status == HPR_OK) {
+        const hpr_links *links = transport.links;
+        double count = (double)links->count;
+        *out = (load){.links = count,
+                      .block_mb = (double)links->block_count * sizeof(double) / megabyte,
+                      .partly = count > 0 ? (double)links->partly_count / count : 0};
+    }
+    hpr_transport_fini(&transport);
+    return status;
+}
+
+/* One link for every pair of leaves of patches that see each other. */
+static load guess_links(const hpr_solution *solution, const hpr_plan *plan)
+{
+    double n = (double)plan->patch_count, seen = plan->pairs_visible + plan->pairs_partial;
+    double leaves = (double)solution->summary.element_count / n,
+           dofs = (double)solution->summary.dof_count / n;
+    return (load){.links = seen * leaves * leaves,
+                  .block_mb = (seen * dofs * dofs * sizeof(double) + n * n) / megabyte,
+                  .partly = seen > 0 ? plan->pairs_partial / seen : 0};
+}
+
+static double find_growth(const hpr_plan *plan, const hpr_outlook *outlook, double tolerance)
+{
+    static const double open_edge = 0.06, blocked_edge = 0.11, edge_power = 0.95, near = 0.3, fine = 1e-3;
+    if (!outlook->lit || outlook->uniform || plan->pairs_visible + plan->pairs_partial == 0)
+        return 1;
+    if (outlook->gap == 0)
+        return fmax(1, pow((plan->pairs_partial > 0 ? blocked_edge : open_edge) / tolerance, edge_power));
+    double closeness = fmax(0, 1 / outlook->gap - 1), finer = fine / tolerance;
+    return 1 + near * closeness * closeness * finer * finer;
+}
+
+hpr_status hpr_plan_predict(const hpr_solution *begun, const hpr_plan *plan, const hpr_outlook *outlook,
+                            double tolerance, hpr_plan_cost *cost)
+{
+    load first = {0};
+    hpr_status status = HPR_OK;
+    const hpr_solve_options *options = &begun->summary.options;
+    if (!outlook->lit)
+        first = (load){0};
+    else if (plan->patch_count <= HPR_PLAN_FEW_PATCHES)
+        status = count_links(begun, options, &first);
+    else
+        first = guess_links(begun, plan);
+    double g = tolerance > 0 ? find_growth(plan, outlook, tolerance) : 1;
+    double mb = first.block_mb * pow(g, 1.7);
+    *cost = (hpr_plan_cost){.elements = (double)begun->summary.element_count * g,
+                            .dofs = (double)begun->summary.dof_count * g,
+                            .links = first.links * pow(g, 1.5)};
+    if (tolerance > 0) {
+        cost->memory_bytes = megabyte * (program_mb + 1.5 * mb + 1.5 * fmin(g - 1, 10));
+        cost->cpu_s = 0.1 + (plan->pairs_partial > 0 ? 0.3 : 0.12) * mb;
+    } else {
+        cost->memory_bytes = megabyte * (program_mb + 1.05 * mb);
+        cost->cpu_s = 0.08 + (0.03 + 0.07 * first.partly) * mb;
+    }
+    return status;
+}

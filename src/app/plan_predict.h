@@ -1,0 +1,26 @@
+/* What a solve will take, from its first elements and from what sees what. */
+#ifndef HPR_APP_PLAN_PREDICT_H
+#define HPR_APP_PLAN_PREDICT_H
+
+#include "app/plan_look.h"
+
+/*
+ * Of the default, or of given elements: these and their links are those of the solve, found but not
+ * integrated (above HPR_PLAN_FEW_PATCHES: from the share of pairs that see each other). With b the bytes of
+ * the blocks and q the part of links that see partly
+ *   memory = 20 MB + 1.05 b,  CPU seconds = 0.08 + (0.03 + 0.07 q) b / MB.
+ * Of a tolerance t: the elements of the first step, b0 bytes, and the factor g >= 1 by which their
+ * coefficients grow,
+ *   g = 1 where the light is constant,
+ *   g = (t0 / t)^0.95 where patches touch that see each other, t0 = 0.06, or 0.11 with things in the way,
+ *   g = 1 + 0.3 (1 / gap - 1)^2 (1e-3 / t)^2 elsewhere (1 / gap >= 1),
+ *   links like g^1.5, blocks like g^1.7,
+ *   memory = 20 MB + 1.5 b + 1.5 MB min(g - 1, 10),  CPU seconds = 0.1 + (0.12, or 0.3) b / MB.
+ * All constants are observed, on the scenes of scenes/, with one machine's seconds (12 to 33 MB are the
+ * program's own, by what its allocators keep). Refinement goes in steps that multiply the coefficients by 3
+ * to 10, so where one step is just enough or just not, the prediction is off by as much.
+ */
+hpr_status hpr_plan_predict(const hpr_solution *begun, const hpr_plan *plan, const hpr_outlook *outlook,
+                            double tolerance, hpr_plan_cost *cost);
+
+#endif

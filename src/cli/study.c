@@ -80,6 +80,8 @@ static const struct poptOption options[] = {
      "pixels along an edge of the hemicube, an even number up to 4096 (default 256)", "N"},
     {"rays", 0, POPT_ARG_STRING, NULL, CLI_OPTION_RAYS,
      "of ray casting: N x N discs per sender, 1 to 64 (default 2)", "N"},
+    {"shots", 0, POPT_ARG_STRING, NULL, CLI_OPTION_SHOTS,
+     "with --solver shooting, of classical methods: end after N shots (default: when it has converged)", "N"},
     {"max-reflectance", 0, POPT_ARG_STRING, NULL, CLI_OPTION_MAX_REFLECTANCE,
      "scale reflectances above R down to R", "R"},
     {"metallic", 0, POPT_ARG_STRING, NULL, CLI_OPTION_METALLIC,

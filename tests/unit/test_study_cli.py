@@ -81,6 +81,9 @@ def check_methods(command, plates):
         stages = sum(float(row[k]) for k in row if k.endswith("_cpu_seconds"))
         if not (0 < least <= middle <= most and stages <= 1.1 * most + .01 and float(row["peak_memory_bytes"]) > 1e6):
             check(f"times and memory of {row['method']} make sense", [str(row)])
+    few, many = (float(study(command, plates, "--method", "hemicube", "--subdivide", "1", "--truth", "4,1", "--solver", "shooting",
+                             "--hemicube", "64", "--shots", shots, name="n.csv")[0]["error_l2"]) for shots in ("1", "100"))
+    check("--shots: what has not been shot yet is missing", few > 1.5 * many)
     fine = [float(by["galerkin", p, d, "2"]["error_l2"]) for p, d in (("0", "exact"), ("0", "galerkin"))]
     check("direct light evaluated at points is more exact", fine[0] < fine[1])
 

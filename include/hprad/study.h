@@ -9,16 +9,19 @@ extern "C" {
 
 /** Along which way accuracy is bought; a bit each. */
 typedef enum hpr_study_way {
-    HPR_STUDY_H = 1, /**< every order on every subdivision */
-    HPR_STUDY_P = 2, /**< every order on the first subdivision */
-    HPR_STUDY_HP = 4 /**< order p with p levels of grading, on the first subdivision */
+    HPR_STUDY_H = 1, /**< every order on every subdivision; adaptive: HPR_REFINE_H */
+    HPR_STUDY_P = 2, /**< every order on the first subdivision; adaptive: HPR_REFINE_P */
+    HPR_STUDY_HP = 4 /**< order p with p levels of grading, on the first subdivision; adaptive:
+                          HPR_REFINE_HP */
 } hpr_study_way;
 
 /** One solve of a study. */
 typedef struct hpr_study_run {
     hpr_method method;
     hpr_direct_mode direct;
-    int order, subdivide, grade;
+    int order, subdivide, grade; /**< order and subdivide: HPR_CHOOSE if adaptive */
+    double tolerance;            /**< adaptive: what elements are refined for; else 0 */
+    hpr_refine_mode adapt;       /**< if adaptive: how */
 } hpr_study_run;
 
 /** What it cost and how far it is off. NaN: not known. */
@@ -27,7 +30,8 @@ typedef struct hpr_study_row {
     double h_m; /**< the largest element's sqrt(area) */
     double dofs, elements, links, kernel_evaluations, rays, clips;
     /** CPU seconds of the stages, medians of the repeats. */
-    double mesh_cpu_s, assembly_cpu_s, direct_cpu_s, environment_cpu_s, solver_cpu_s, energy_cpu_s;
+    double mesh_cpu_s, assembly_cpu_s, direct_cpu_s, environment_cpu_s, solver_cpu_s, energy_cpu_s,
+        estimate_cpu_s;
     double cpu_s, least_cpu_s, most_cpu_s; /**< of the whole solve: median, least, most */
     double wall_s;                         /**< median */
     double peak_memory_bytes; /**< of the process during the solve, the solution to compare with included */
@@ -37,7 +41,8 @@ typedef struct hpr_study_row {
      * largest error of a patch's mean over the largest mean.
      */
     double error_l1, error_l2, error_linf, error_points, error_face_means;
-    double order_l2; /**< log2 of the error_l2 of the row with one subdivision less over this one's */
+    double error_estimate; /**< of an adaptive run: the solve's own, of error_l2 */
+    double order_l2;       /**< log2 of the error_l2 of the row with one subdivision less over this one's */
 } hpr_study_row;
 
 typedef struct hpr_job_study_options {
@@ -45,11 +50,16 @@ typedef struct hpr_job_study_options {
     const char *json_path;   /**< NULL: none */
     const char *points_path; /**< a table as hpr_job_probe takes it; NULL: none */
     const char *truth_path;  /**< a solution of the scene to compare with; NULL: one is made */
+    double truth_tolerance;  /**< of that, adaptive; 0: with tolerances and neither order nor subdivision of
+                                  it given, a fifth of the least; else it is uniform or graded */
     int truth_order, truth_subdivide; /**< of that; HPR_CHOOSE: 4 more than the highest order, and one
                                            subdivision more than the highest, or less until there are at most
                                            12,000 coefficients; with HPR_STUDY_HP 2 orders more, 2 levels of
                                            grading more, and the first subdivision */
-    int refine;                       /**< hpr_study_way, bits */
+    int refine;                       /**< hpr_study_way, bits, of the runs of given order */
+    size_t tolerance_count;           /**< adaptive runs of HPR_METHOD_GALERKIN beside them; 0: none */
+    const double *tolerance;          /**< each in (0, 1) */
+    int adapt;                        /**< hpr_study_way, bits, of the adaptive runs */
     size_t order_count, subdivide_count, method_count, direct_count; /**< none may be 0 */
     const int *order, *subdivide;                                    /**< rising */
     const hpr_method *method;      /**< of a method with constants only, order 0 stands for all orders */
@@ -57,7 +67,7 @@ typedef struct hpr_job_study_options {
     int repeats; /**< solves per row, from 1; if more, one more comes first, to warm up, and does not count */
     int resume;  /**< 1: rows that the table has for the same settings and version are taken over */
     hpr_read_options read;
-    hpr_solve_options solve; /**< what all runs share; feet HPR_CHOOSE: 0 */
+    hpr_solve_options solve; /**< what all runs share; feet HPR_CHOOSE: 0, but of adaptive runs */
     hpr_baseline_options baseline;
     size_t environment_count;
     const double *environment;
@@ -67,7 +77,8 @@ typedef struct hpr_job_study_options {
     hpr_job_events events;
 } hpr_job_study_options;
 
-/** Order 0 to 4, subdivision 0 to 2, Galerkin with exact direct light, HPR_STUDY_H, one repeat. */
+/** Order 0 to 4, subdivision 0 to 2, Galerkin with exact direct light, HPR_STUDY_H, one repeat; no
+ * tolerances, but were there any: HPR_STUDY_HP. */
 HPR_API void hpr_job_study_options_init(hpr_job_study_options *options);
 
 /**
@@ -75,7 +86,8 @@ HPR_API void hpr_job_study_options_init(hpr_job_study_options *options);
  * run in a table of CSV, written anew after each run, so that what was interrupted can be resumed. The same
  * points and weights for all runs: Gauss points on the better solution's elements, cut to the finest
  * subdivision where they are coarser. A
- * run for which there is not enough memory is left out, with a warning. Errors: as in job.h; HPR_ERR_FORMAT
+ * run for which there is not enough memory is left out, with a warning; one that does not reach its tolerance
+ * has a row, whose error_estimate says so. Errors: as in job.h; HPR_ERR_FORMAT
  * also if the solution to compare with is not of this scene. `options` may be NULL.
  */
 HPR_API hpr_status hpr_job_study(hpr_context *context, const char *scene_path,

@@ -94,7 +94,7 @@ static hpr_status measure_one(planning *p, hpr_plan_solve *solve, double max_s, 
     hpr_solution *solution = NULL;
     hpr_memory_reset_peak();
     double begun_s = cpu_seconds();
-    hpr_status status = hpr_job_run_solve(p->job, p->scene, &options, NULL, &solution);
+    hpr_status status = hpr_job_run_solve(p->job, p->scene, &options, NULL, NULL, &solution);
     if (status == HPR_OK) {
         const hpr_solve_summary *summary = hpr_solution_summary(solution);
         solve->measured = 1;

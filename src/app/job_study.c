@@ -40,6 +40,7 @@ void hpr_job_study_options_init(hpr_job_study_options *options)
     *options = (hpr_job_study_options){.truth_order = HPR_CHOOSE,
                                        .truth_subdivide = HPR_CHOOSE,
                                        .refine = HPR_STUDY_H,
+                                       .adapt = HPR_STUDY_HP,
                                        .order_count = sizeof orders / sizeof *orders,
                                        .order = orders,
                                        .subdivide_count = sizeof subdivisions / sizeof *subdivisions,
@@ -69,7 +70,11 @@ static hpr_status check(study *s)
     const hpr_job_study_options *o = s->options;
     if (o->repeats < 1)
         return hpr_fail(job->context, HPR_ERR_ARG, "%d repeats: at least one is needed", o->repeats);
-    if (o->truth_path && (o->truth_order != HPR_CHOOSE || o->truth_subdivide != HPR_CHOOSE))
+    bool uniform = o->truth_order != HPR_CHOOSE || o->truth_subdivide != HPR_CHOOSE;
+    if (!(o->truth_tolerance >= 0 && o->truth_tolerance < 1) || (o->truth_tolerance > 0 && uniform))
+        return hpr_fail(job->context, HPR_ERR_ARG,
+                        "the solution to compare with: a tolerance in (0, 1), or an order and a subdivision");
+    if (o->truth_path && (uniform || o->truth_tolerance > 0))
         return hpr_fail(job->context, HPR_ERR_ARG, "'%s' is there to compare with: nothing finer is solved",
                         o->truth_path);
     const char *inputs[] = {s->scene_path, o->truth_path, o->points_path};
@@ -148,6 +153,30 @@ static hpr_status choose_truth(const study *s, hpr_solve_options *truth)
     return HPR_OK;
 }
 
+/* The tolerance of the better solution; 0: it is not adaptive. */
+static double truth_tolerance(const hpr_job_study_options *o)
+{
+    static const double part = 0.2; /* of the least: errors of that size are then known to a fifth */
+    double least = 1;
+    for (size_t t = 0; t < o->tolerance_count; t++)
+        least = fmin(least, o->tolerance[t]);
+    bool own = o->truth_tolerance > 0 || !o->tolerance_count || o->truth_order != HPR_CHOOSE ||
+               o->truth_subdivide != HPR_CHOOSE;
+    return own ? o->truth_tolerance : part * least;
+}
+
+static hpr_status solve_adaptive_truth(study *s, hpr_solve_options *truth)
+{
+    truth->order = truth->subdivide = HPR_CHOOSE;
+    truth->refine = HPR_REFINE_HP;
+    snprintf(s->truth_text, sizeof s->truth_text, "tolerance %g", truth->tolerance);
+    hpr_status status = hpr_job_run_solve(s->job, s->scene, truth, NULL, &s->truth);
+    if (status == HPR_OK && !s->truth->summary.reached)
+        hpr_warn(s->job->context, "the solution to compare with has an estimated error of %.2e, not of %g",
+                 s->truth->summary.error_estimate, truth->tolerance);
+    return status;
+}
+
 static hpr_status solve_truth(study *s)
 {
     const hpr_job_study_options *o = s->options;
@@ -161,6 +190,9 @@ static hpr_status solve_truth(study *s)
     truth.direct = HPR_DIRECT_EXACT;
     truth.solver = HPR_SOLVER_AUTO;
     truth.link_tolerance = truth.block_tolerance = 0;
+    truth.tolerance = truth_tolerance(o);
+    if (truth.tolerance > 0)
+        return solve_adaptive_truth(s, &truth);
     if (truth.feet == HPR_CHOOSE || truth.feet < TRUTH_FEET)
         truth.feet = TRUTH_FEET;
     hpr_status status = choose_truth(s, &truth);
@@ -177,10 +209,10 @@ static hpr_status make_yardstick(study *s)
 {
     const hpr_job_study_options *o = s->options;
     int subdivide = highest(o->subdivide, o->subdivide_count);
-    const hpr_solve_options *truth = &s->truth->summary.options;
+    const hpr_elements *truth = s->truth->elements;
     int order = highest(o->order, o->order_count);
-    if (truth->order > order)
-        order = truth->order;
+    for (size_t i = 0; i < truth->leaf_count; i++)
+        order = truth->degree[truth->leaf[i]] > order ? truth->degree[truth->leaf[i]] : order;
     hpr_yardstick_points points = {.subdivide = subdivide,
                                    .per_edge = order + 1 > 3 ? order + 1 : 3,
                                    .probe_count = s->probe_count,
@@ -244,8 +276,13 @@ static hpr_status make_row(study *s, const hpr_study_run *run, bool *made)
     }
     hpr_status status = hpr_study_solve(ctx, s->scene, s->options, run, row, &solution);
     if (status == HPR_ERR_MEMORY) {
-        hpr_warn(ctx, "--method %s --order %d --subdivide %d is left out: %s", hpr_method_name(run->method),
-                 run->order, run->subdivide, hpr_context_error(ctx));
+        char what[TEXT_BYTES];
+        if (run->tolerance > 0)
+            snprintf(what, sizeof what, "--tol %g --refine %s", run->tolerance, hpr_refine_name(run->adapt));
+        else
+            snprintf(what, sizeof what, "--method %s --order %d --subdivide %d", hpr_method_name(run->method),
+                     run->order, run->subdivide);
+        hpr_warn(ctx, "%s is left out: %s", what, hpr_context_error(ctx));
         hpr_context_clear_error(ctx);
         return HPR_OK;
     }

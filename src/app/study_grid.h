@@ -8,9 +8,10 @@
 
 /*
  * The runs in the order in which they are made, none twice: by method, direct light, order, then subdivision,
- * rising, so that a row comes after the one with a subdivision less. Of constant methods order 0 only, of
- * classical ones the first kind of direct light only. *run: to be released with hpr_release. Errors:
- * HPR_ERR_ARG (a list that is empty, or nothing to refine), HPR_ERR_MEMORY.
+ * rising, so that a row comes after the one with a subdivision less; then adaptive ones, by way and
+ * tolerance. Of constant methods order 0 only, of classical ones the first kind of direct light only. *run:
+ * to be released with hpr_release. Errors: HPR_ERR_ARG (a list that is empty, nothing to refine, a tolerance
+ * out of bounds or without Galerkin), HPR_ERR_MEMORY.
  */
 hpr_status hpr_study_plan(hpr_context *ctx, const hpr_job_study_options *options, size_t *count,
                           hpr_study_run **run);

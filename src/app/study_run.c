@@ -11,9 +11,9 @@
 #include <time.h>
 
 /* The stages of a solve, in the order in which hpr_study_row has them. */
-enum { STAGES = 6 };
-static const char *const stage_names[STAGES] = {"mesh",        "assembly", "direct light",
-                                                "environment", "solver",   "energy"};
+enum { STAGES = 7 };
+static const char *const stage_names[STAGES] = {"mesh",   "assembly", "direct light",  "environment",
+                                                "solver", "energy",   "error estimate"};
 
 typedef struct cost {
     double wall_s, cpu_s, stage_cpu_s[STAGES];
@@ -60,7 +60,8 @@ static void summarise_costs(const cost *costs, size_t count, double *room, hpr_s
 {
     const size_t stride = sizeof *costs / sizeof(double);
     double *const stages[STAGES] = {&row->mesh_cpu_s,        &row->assembly_cpu_s, &row->direct_cpu_s,
-                                    &row->environment_cpu_s, &row->solver_cpu_s,   &row->energy_cpu_s};
+                                    &row->environment_cpu_s, &row->solver_cpu_s,   &row->energy_cpu_s,
+                                    &row->estimate_cpu_s};
     for (int s = 0; s < STAGES; s++)
         *stages[s] = median(&costs->stage_cpu_s[s], stride, count, room);
     row->wall_s = median(&costs->wall_s, stride, count, room);
@@ -75,6 +76,7 @@ static void describe(const hpr_solution *solution, hpr_study_row *row)
     row->dofs = (double)solution->summary.dof_count;
     row->elements = (double)solution->summary.element_count;
     row->links = (double)solution->summary.link_count;
+    row->error_estimate = solution->summary.error_estimate;
     for (size_t i = 0; i < e->leaf_count; i++)
         row->h_m = fmax(row->h_m, sqrt(e->area_m2[e->leaf[i]]));
 }
@@ -87,7 +89,9 @@ static hpr_solve_options options_of(const hpr_job_study_options *options, const 
     solve.subdivide = run->subdivide;
     solve.grade = run->grade;
     solve.direct = run->direct;
-    if (solve.feet == HPR_CHOOSE)
+    solve.tolerance = run->tolerance;
+    solve.refine = run->adapt;
+    if (solve.feet == HPR_CHOOSE && !(run->tolerance > 0))
         solve.feet = 0;
     /* Of methods that have links, and of those that integrate blocks. */
     if (run->method > HPR_METHOD_HIERARCHICAL)

@@ -10,10 +10,10 @@
 #include <string.h>
 
 /* Columns that tell a row from others; the rest are numbers. */
-enum { KEYS = 11, NUMBERS = 24, KEY_BYTES = 512 };
+enum { KEYS = 12, NUMBERS = 26, KEY_BYTES = 512 };
 
-static const char *const key_names[KEYS] = {"scene",  "version",   "commit", "truth", "options", "method",
-                                            "refine", "subdivide", "p",      "grade", "direct"};
+static const char *const key_names[KEYS] = {"scene",  "version",   "commit",    "truth", "options", "method",
+                                            "refine", "tolerance", "subdivide", "p",     "grade",   "direct"};
 
 #define AT(member) offsetof(hpr_study_row, member)
 static const struct {
@@ -33,6 +33,7 @@ static const struct {
     {"environment_cpu_seconds", AT(environment_cpu_s)},
     {"solver_cpu_seconds", AT(solver_cpu_s)},
     {"energy_cpu_seconds", AT(energy_cpu_s)},
+    {"estimate_cpu_seconds", AT(estimate_cpu_s)},
     {"cpu_seconds", AT(cpu_s)},
     {"cpu_seconds_least", AT(least_cpu_s)},
     {"cpu_seconds_most", AT(most_cpu_s)},
@@ -43,6 +44,7 @@ static const struct {
     {"error_linf", AT(error_linf)},
     {"error_points", AT(error_points)},
     {"error_face_means", AT(error_face_means)},
+    {"error_estimate", AT(error_estimate)},
     {"order_l2", AT(order_l2)},
 };
 #undef AT
@@ -52,21 +54,35 @@ static double *value_of(hpr_study_row *row, int column)
     return (double *)(void *)((char *)row + number[column].offset);
 }
 
+static const char *refine_text(const hpr_study_run *run)
+{
+    static const char *const adaptive[] = {
+        [HPR_REFINE_HP] = "adaptive hp", [HPR_REFINE_H] = "adaptive h", [HPR_REFINE_P] = "adaptive p"};
+    if (run->tolerance > 0)
+        return adaptive[run->adapt];
+    return run->grade > 0 ? "graded" : "uniform";
+}
+
 static void key_text(const hpr_study_labels *labels, const hpr_study_run *run, int column,
                      char text[KEY_BYTES])
 {
+    char tolerance[HPR_NUMBER_BYTES] = "";
+    bool adaptive = run->tolerance > 0;
+    if (adaptive)
+        hpr_number_text(run->tolerance, tolerance);
     const char *const texts[KEYS] = {labels->scene,
                                      hpr_version(),
                                      hpr_commit(),
                                      labels->truth,
                                      labels->options,
                                      hpr_method_name(run->method),
-                                     run->grade > 0 ? "graded" : "uniform",
-                                     NULL,
-                                     NULL,
+                                     refine_text(run),
+                                     tolerance,
+                                     adaptive ? "" : NULL,
+                                     adaptive ? "" : NULL,
                                      NULL,
                                      run->direct == HPR_DIRECT_EXACT ? "exact" : "galerkin"};
-    const int numbers[KEYS] = {[7] = run->subdivide, [8] = run->order, [9] = run->grade};
+    const int numbers[KEYS] = {[8] = run->subdivide, [9] = run->order, [10] = run->grade};
     if (texts[column])
         snprintf(text, KEY_BYTES, "%s", texts[column]);
     else
@@ -126,11 +142,13 @@ hpr_status hpr_study_write_json(hpr_context *ctx, const hpr_study_table *table, 
     cJSON *rows = hpr_json_array(root, "rows", &ok);
     for (size_t i = 0; i < table->count; i++) {
         const hpr_study_run *run = &table->row[i].run;
+        bool adaptive = run->tolerance > 0;
         cJSON *item = hpr_json_object(rows, NULL, &ok);
         hpr_json_text(item, "method", hpr_method_name(run->method), &ok);
-        hpr_json_text(item, "refine", run->grade > 0 ? "graded" : "uniform", &ok);
-        hpr_json_number(item, "subdivide", run->subdivide, &ok);
-        hpr_json_number(item, "p", run->order, &ok);
+        hpr_json_text(item, "refine", refine_text(run), &ok);
+        hpr_json_number(item, "tolerance", adaptive ? run->tolerance : NAN, &ok);
+        hpr_json_number(item, "subdivide", adaptive ? NAN : run->subdivide, &ok);
+        hpr_json_number(item, "p", adaptive ? NAN : run->order, &ok);
         hpr_json_number(item, "grade", run->grade, &ok);
         hpr_json_text(item, "direct", run->direct == HPR_DIRECT_EXACT ? "exact" : "galerkin", &ok);
         for (int k = 0; k < NUMBERS; k++)

@@ -19,8 +19,8 @@ typedef struct hpr_study_table {
     hpr_study_row *row; /* borrowed */
 } hpr_study_table;
 
-/* CSV with a header; units stand in the names, what is not known is empty. Written anew, and renamed. Errors:
- * HPR_ERR_IO, HPR_ERR_MEMORY, HPR_ERR_INTERRUPTED. */
+/* CSV with a header; units stand in the names, what is not known, or not set, is empty. Written anew, and
+ * renamed. Errors: HPR_ERR_IO, HPR_ERR_MEMORY, HPR_ERR_INTERRUPTED. */
 hpr_status hpr_study_write_csv(hpr_context *ctx, const hpr_study_table *table, const char *path);
 
 /* The same as JSON: what ran, then rows[] with the columns of the CSV as keys. Errors: as above. */

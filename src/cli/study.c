@@ -16,6 +16,7 @@ enum {
     OPTION_METHOD,
     OPTION_DIRECT,
     OPTION_REFINE,
+    OPTION_TOLERANCES,
     OPTION_TRUTH,
     OPTION_POINTS,
     OPTION_REPEATS,
@@ -31,6 +32,7 @@ typedef struct settings {
     int order[MOST], subdivide[MOST];
     hpr_method methods[MOST];
     hpr_direct_mode direct[MOST];
+    double tolerance[MOST];
 } settings;
 
 static const struct poptOption options[] = {
@@ -42,16 +44,22 @@ static const struct poptOption options[] = {
     {"subdivide", 0, POPT_ARG_STRING, NULL, OPTION_SUBDIVIDE, "subdivisions, likewise (default 0:2)", "LIST"},
     {"refine", 0, POPT_ARG_STRING, NULL, OPTION_REFINE,
      "h: every order on every subdivision; p: every order on the first; hp: order p with --grade p on the "
-     "first (default h)",
+     "first (default h). With --tol the adaptive solves too: halve elements, raise degrees, or both "
+     "(default hp)",
      "h,p,hp"},
+    {"tol", 0, POPT_ARG_STRING, NULL, OPTION_TOLERANCES,
+     "further solves of galerkin, refined to these tolerances as 'hprad solve --tol' is; numbers with commas "
+     "between",
+     "LIST"},
     {"method", 0, POPT_ARG_STRING, NULL, OPTION_METHOD,
      "galerkin, hierarchical, hemicube, raycast, exact; see 'hprad solve' (default galerkin)", "LIST"},
     {"direct", 0, POPT_ARG_STRING, NULL, OPTION_DIRECT,
      "direct light of galerkin: evaluated at points, or through the basis (default exact)", "exact,galerkin"},
     {"truth", 0, POPT_ARG_STRING, NULL, OPTION_TRUTH,
-     "what is compared with: a solution of the scene, or order and subdivision of one that is made (default: "
-     "finer than all runs, up to 12,000 coefficients)",
-     "SOL.glb|P,N"},
+     "what is compared with: a solution of the scene, or order and subdivision, or the tolerance, of one "
+     "that "
+     "is made (default: finer than all runs, up to 12,000 coefficients; with --tol a fifth of the least)",
+     "SOL.glb|P,N|E"},
     {"points", 0, POPT_ARG_STRING, NULL, OPTION_POINTS, "compare at these points too, as 'hprad probe'",
      "POINTS.csv"},
     {"repeats", 0, POPT_ARG_STRING, NULL, OPTION_REPEATS,
@@ -72,6 +80,8 @@ static const struct poptOption options[] = {
      "pixels along an edge of the hemicube, an even number up to 4096 (default 256)", "N"},
     {"rays", 0, POPT_ARG_STRING, NULL, CLI_OPTION_RAYS,
      "of ray casting: N x N discs per sender, 1 to 64 (default 2)", "N"},
+    {"shots", 0, POPT_ARG_STRING, NULL, CLI_OPTION_SHOTS,
+     "with --solver shooting, of classical methods: end after N shots (default: when it has converged)", "N"},
     {"max-reflectance", 0, POPT_ARG_STRING, NULL, CLI_OPTION_MAX_REFLECTANCE,
      "scale reflectances above R down to R", "R"},
     {"metallic", 0, POPT_ARG_STRING, NULL, CLI_OPTION_METALLIC,
@@ -152,12 +162,23 @@ static bool take_direct(settings *chosen, const char *word)
     return true;
 }
 
+static bool take_tolerance(settings *chosen, const char *word)
+{
+    hpr_job_study_options *job = &chosen->job;
+    if (job->tolerance_count == MOST) {
+        cli_complain("--tol: the list is too long");
+        return false;
+    }
+    return cli_positive("--tol", word, 1, true, &chosen->tolerance[job->tolerance_count++]);
+}
+
 static bool take_refine(settings *chosen, const char *word)
 {
     static const char *const names[] = {"h", "p", "hp"};
     for (int i = 0; i < 3; i++) {
         if (!strcmp(word, names[i])) {
             chosen->job.refine |= 1 << i;
+            chosen->job.adapt = chosen->job.refine;
             return true;
         }
     }
@@ -165,12 +186,14 @@ static bool take_refine(settings *chosen, const char *word)
     return false;
 }
 
-/* P,N if it begins with a digit and has a comma, else a file. */
+/* P,N if it begins with a digit and has a comma, a tolerance if it is a number, else a file. */
 static bool take_truth(settings *chosen, const char *text)
 {
     char order[16];
     const char *comma = strchr(text, ',');
     size_t length = comma ? (size_t)(comma - text) : 0;
+    if (text[0] && !comma && strspn(text, "0123456789.+-eE") == strlen(text))
+        return cli_positive("--truth", text, 1, true, &chosen->job.truth_tolerance);
     if (!length || length >= sizeof order || strspn(text, "0123456789,") < strlen(text))
         return cli_path("--truth", text, &chosen->job.truth_path);
     memcpy(order, text, length);
@@ -206,6 +229,10 @@ static bool take(void *user, int id, const char *value)
     case OPTION_REFINE:
         job->refine = 0;
         return take_words(chosen, "--refine", value, take_refine);
+    case OPTION_TOLERANCES:
+        job->tolerance = chosen->tolerance;
+        job->tolerance_count = 0;
+        return take_words(chosen, "--tol", value, take_tolerance);
     case OPTION_TRUTH:
         return take_truth(chosen, value);
     case OPTION_POINTS:
@@ -233,7 +260,8 @@ static const cli_verb verb = {
         "per solve. It is written after each row; --resume goes on where it ended.\n",
     .examples =
         "  hprad study scenes/parallel_plates.gltf --orders 0:12 --subdivide 0 --truth 16,1 -o p.csv\n"
-        "  hprad study scenes/cornell_box.gltf --method galerkin,hemicube,raycast --orders 1:3 --repeats 3\n",
+        "  hprad study scenes/cornell_box.gltf --method galerkin,hemicube,raycast --orders 1:3 --repeats 3\n"
+        "  hprad study scenes/cornell_box.gltf --tol 1e-1,1e-2 --orders 1 --truth 5,2 -o adaptive.csv\n",
     .operand_count = 1,
     .operand_names = "one scene",
     .options = options,
@@ -247,9 +275,12 @@ static void say_row(void *user, const hpr_study_row *row, size_t done, size_t to
     if (run->quiet)
         return;
     int left = left_s < 360000 ? (int)(left_s + 0.5) : 360000;
-    fprintf(stderr, "%zu/%zu  %-12s p %-2d N %d grade %-2d  L2 %.2e  %.2f s CPU", done, total,
-            hpr_method_name(row->run.method), row->run.order, row->run.subdivide, row->run.grade,
-            row->error_l2, row->cpu_s);
+    fprintf(stderr, "%zu/%zu  %-12s ", done, total, hpr_method_name(row->run.method));
+    if (row->run.tolerance > 0)
+        fprintf(stderr, "tol %-8.1e %-6s", row->run.tolerance, hpr_refine_name(row->run.adapt));
+    else
+        fprintf(stderr, "p %-2d N %d grade %-2d", row->run.order, row->run.subdivide, row->run.grade);
+    fprintf(stderr, "  L2 %.2e  %.2f s CPU", row->error_l2, row->cpu_s);
     if (done < total)
         fprintf(stderr, "  ETA %d:%02d:%02d", left / 3600, left / 60 % 60, left % 60);
     fputc('\n', stderr);

@@ -67,6 +67,37 @@ static void runs_are_planned_once_each(void **state)
     assert_int_equal(plan(&options, text), 2 + 2 * 4);
 }
 
+/* Adaptive runs come behind those of each kind of direct light, without order and subdivision. */
+static void tolerances_add_adaptive_runs(void **state)
+{
+    (void)state;
+    char text[256];
+    static const double tolerances[] = {0.1, 0.01, 0.1}, large[] = {1};
+    hpr_job_study_options options = small_study();
+    options.tolerance_count = 3;
+    options.tolerance = tolerances;
+    assert_int_equal(plan(&options, text), 6);
+    assert_string_equal(text, "010 020 210 220 -1-10 -1-10 ");
+    options.adapt = HPR_STUDY_H | HPR_STUDY_P;
+    assert_int_equal(plan(&options, text), 8);
+    hpr_context *ctx;
+    hpr_study_run *run;
+    size_t count;
+    assert_int_equal(hpr_context_create(NULL, &ctx), HPR_OK);
+    assert_int_equal(hpr_study_plan(ctx, &options, &count, &run), HPR_OK);
+    assert_true(run[4].adapt == HPR_REFINE_H && run[4].tolerance == 0.1 && run[5].tolerance == 0.01);
+    assert_true(run[6].adapt == HPR_REFINE_P && run[3].tolerance == 0);
+    hpr_release(ctx, run);
+    const hpr_method exact = HPR_METHOD_EXACT;
+    options.method = &exact;
+    assert_int_equal(hpr_study_plan(ctx, &options, &count, &run), HPR_ERR_ARG);
+    options = small_study();
+    options.tolerance_count = 1;
+    options.tolerance = large;
+    assert_int_equal(hpr_study_plan(ctx, &options, &count, &run), HPR_ERR_ARG);
+    hpr_context_destroy(&ctx);
+}
+
 static hpr_yardstick_points points_of(int subdivide, int per_edge)
 {
     static const double probe[2][3] = {{0.25, 0.5, 0}, {7, 7, 7}}, normal[2][3] = {{0, 0, 1}, {0, 0, 1}};
@@ -138,7 +169,7 @@ static void the_worst_channel_counts(void **state)
 }
 
 static const hpr_study_labels labels = {"a \"b\", c.gltf", "order 3", "x=1"};
-static const hpr_study_run wanted = {HPR_METHOD_RAYCAST, HPR_DIRECT_GALERKIN, 0, 2, 0};
+static const hpr_study_run wanted = {HPR_METHOD_RAYCAST, HPR_DIRECT_GALERKIN, 0, 2, 0, 0, HPR_REFINE_HP};
 
 /* What is written is found, with all its digits and what is not known; what differs is not. */
 static void rows_are_found_again(void **state)
@@ -170,6 +201,10 @@ static void rows_are_found_again(void **state)
     assert_false(there);
     const hpr_study_labels others = {labels.scene, labels.truth, "x=2"};
     hpr_study_find(&others, &wanted, text, &found, &there);
+    assert_false(there);
+    hpr_study_run adaptive = wanted;
+    adaptive.tolerance = 0.1;
+    hpr_study_find(&labels, &adaptive, text, &found, &there);
     assert_false(there);
     text[strlen(text) - 1] = 0; /* a last line that was cut */
     hpr_study_find(&labels, &wanted, text, &found, &there);
@@ -212,9 +247,9 @@ static void measuring_survives_without_memory(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(runs_are_planned_once_each),        cmocka_unit_test(an_error_of_one_percent_is_one),
-        cmocka_unit_test(the_worst_channel_counts),          cmocka_unit_test(rows_are_found_again),
-        cmocka_unit_test(measuring_survives_without_memory),
+        cmocka_unit_test(tolerances_add_adaptive_runs),   cmocka_unit_test(runs_are_planned_once_each),
+        cmocka_unit_test(an_error_of_one_percent_is_one), cmocka_unit_test(the_worst_channel_counts),
+        cmocka_unit_test(rows_are_found_again),           cmocka_unit_test(measuring_survives_without_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -18,7 +18,8 @@ BAD_VALUES = {
     "--refine": ["", "hpp", "h,,p"],
     "--method": ["", "jacobi", "hemicube,"],
     "--direct": ["", "both"],
-    "--truth": ["", "17,0", "3,11"],
+    "--truth": ["", "17,0", "3,11", "1", "0"],
+    "--tol": ["", "1", "0.1,", "x"],
     "--repeats": ["0", "x"],
     "--hemicube": ["3"],
 }
@@ -80,6 +81,9 @@ def check_methods(command, plates):
         stages = sum(float(row[k]) for k in row if k.endswith("_cpu_seconds"))
         if not (0 < least <= middle <= most and stages <= 1.1 * most + .01 and float(row["peak_memory_bytes"]) > 1e6):
             check(f"times and memory of {row['method']} make sense", [str(row)])
+    few, many = (float(study(command, plates, "--method", "hemicube", "--subdivide", "1", "--truth", "4,1", "--solver", "shooting",
+                             "--hemicube", "64", "--shots", shots, name="n.csv")[0]["error_l2"]) for shots in ("1", "100"))
+    check("--shots: what has not been shot yet is missing", few > 1.5 * many)
     fine = [float(by["galerkin", p, d, "2"]["error_l2"]) for p, d in (("0", "exact"), ("0", "galerkin"))]
     check("direct light evaluated at points is more exact", fine[0] < fine[1])
 
@@ -106,6 +110,31 @@ def check_files(command, plates):
     check("which was it", {r["truth"] for r in stored} == {"truth.glb"} and not stored[0]["error_points"])
     graded = study(command, plates, "--refine", "h,hp", "--orders", "1", "--subdivide", "0", "--truth", "8,1", name="g.csv")
     check("hp: order 1 with one level of grading", [(r["refine"], r["grade"]) for r in graded] == [("uniform", "0"), ("graded", "1")])
+
+
+def check_adaptive(command, plates):
+    options = (plates, "--orders", "1", "--subdivide", "0", "--method", "galerkin,hemicube", "--hemicube", "16")
+    rows = study(command, *options, "--tol", "1e-1,1e-3", "--refine", "p,hp", "--truth", "12,1", "--json", "a.json", name="a.csv")
+    found = [(r["method"], r["refine"], r["tolerance"] and float(r["tolerance"]), r["p"], r["subdivide"]) for r in rows]
+    check("adaptive rows of galerkin alone, of each way",
+          found == [("galerkin", "uniform", "", "1", "0"), ("galerkin", "graded", "", "1", "0"),
+                    ("galerkin", "adaptive p", .1, "", ""), ("galerkin", "adaptive p", .001, "", ""),
+                    ("galerkin", "adaptive hp", .1, "", ""), ("galerkin", "adaptive hp", .001, "", ""),
+                    ("hemicube", "uniform", "", "0", "0")])
+    wrong = [f"{r['refine']} {r['tolerance']}: {r['error_l2']}, estimated {r['error_estimate']}" for r in rows if r["tolerance"]
+             and not float(r["error_l2"]) <= float(r["error_estimate"]) <= float(r["tolerance"])]
+    check("their errors are below the estimates, and those below the tolerances", wrong)
+    check("the hemicube has no estimate", not any(r["error_estimate"] for r in rows if r["method"] == "hemicube"))
+    check("adaptive: which tolerance and no order, as JSON too",
+          [(r["tolerance"], r["p"]) for r in json.load(open(path_of(command, "a.json"), encoding="utf-8"))["rows"]][1:4]
+          == [(None, 1), (.1, None), (.001, None)])
+    again = study(command, *options, "--tol", "1e-1,1e-2,1e-3", "--refine", "p,hp", "--truth", "12,1", "--resume", name="a.csv")
+    check("--resume takes adaptive rows over", [r for r in again if r["tolerance"] and float(r["tolerance"]) != .01] == rows[2:6])
+    check("and solves the others", len(again) == 9)
+    told = study(command, *options, "--tol", "1e-1,1e-2", name="b.csv")
+    check("compared with a fifth of the least tolerance", {r["truth"] for r in told} == {"tolerance 0.002"})
+    told = study(command, *options, "--tol", "1e-1", "--truth", "1e-4", name="b.csv")
+    check("or with the one that is given", {r["truth"] for r in told} == {"tolerance 0.0001"})
 
 
 def check_resume(command, plates):
@@ -135,6 +164,7 @@ def check_usage(command):
     for arguments, code, texts in (((), 2, ["one scene"]),
                                    (("one.gltf", "--order", "1"), 2, ["--order", "unknown option"]),
                                    (("none.gltf",), 3, ["none.gltf"]),
+                                   (("one.gltf", "--method", "hemicube", "--tol", "1e-1"), 2, ["galerkin"]),
                                    (("one.gltf", "-o", "one.gltf"), 2, ["input"]),
                                    (("one.gltf", "-o", "no/x.csv"), 1, ["'no/x.csv'"]),
                                    (("one.gltf", "--truth", "one.gltf"), 3, ["one.gltf"]),
@@ -154,6 +184,7 @@ def main():
         check_rates(command, plates)
         check_methods(command, plates)
         check_files(command, plates)
+        check_adaptive(command, plates)
         check_resume(command, plates)
         check_usage(command)
     return done()

@@ -17,7 +17,7 @@ enum {
     HPR_MAX_GRADE = 20,
     HPR_DEFAULT_ORDER = 4,
     HPR_DEFAULT_SUBDIVIDE = 2,
-    HPR_DEFAULT_FEET = 2,
+    HPR_DEFAULT_FEET = 3,
     HPR_CHOOSE = -1 /**< order, subdivide, feet or element_size: see hpr_solve_options_init */
 };
 

@@ -69,6 +69,7 @@ const hpr_field *hpr_summary_fields(size_t *count)
         {"subdivide", HPR_FIELD_INT, AT(options.subdivide), 1},
         {"feet", HPR_FIELD_INT, AT(options.feet), 2},
         {"elementSize", HPR_FIELD_DOUBLE, AT(options.element_size), 4}, /* without it: 0 */
+        {"errorEstimate", HPR_FIELD_DOUBLE, AT(error_estimate), 4},     /* without it: NaN */
         {"grade", HPR_FIELD_INT, AT(options.grade), 3},
         {"linkToleranceAsked", HPR_FIELD_DOUBLE, AT(options.link_tolerance), 3},
         {"blockTolerance", HPR_FIELD_DOUBLE, AT(options.block_tolerance), 1},

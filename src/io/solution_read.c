@@ -454,6 +454,7 @@ static hpr_status read_figures(reader *r)
     const cJSON *energy = member(r->extension, "energy"), *item, *patches = member(r->extension, "patches");
     size_t count, c = 0;
     const hpr_field *fields = hpr_summary_fields(&count);
+    solution->summary.error_estimate = NAN;
     hpr_status status =
         read_fields(r, member(r->extension, "summary"), "summary", &solution->summary, fields, count);
     int mode = solution->summary.environment;

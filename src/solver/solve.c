@@ -1,4 +1,5 @@
 /* From a scene to a solution: patches, elements, links, the linear system, the energy balance. */
+#include "solver/estimate.h"
 #include "solver/outside.h"
 #include "solver/setup.h"
 #include "solver/tolerance.h"
@@ -85,15 +86,20 @@ bool hpr_solution_lit(const hpr_solution *solution, const hpr_scene *scene)
 
 static hpr_status transport(hpr_solution *solution, const hpr_solve_options *options)
 {
-    static const double direct_tolerance = 1e-5;
+    static const double direct_tolerance = 1e-5, blocked_estimate = 1e-4, open_estimate = 1e-11;
     const hpr_transport_demand demand = {.link_tolerance = options->link_tolerance,
                                          .block_tolerance = options->block_tolerance,
                                          .direct_tolerance = direct_tolerance,
                                          .solver_tolerance = options->solver_tolerance};
     hpr_transport light;
+    hpr_estimate estimate = {.context = solution->context};
     hpr_status status = hpr_transport_solve(solution, &demand, &light);
     if (status == HPR_OK)
+        status = hpr_estimate_init(solution, &light, light.links->occluded ? blocked_estimate : open_estimate,
+                                   &estimate);
+    if (status == HPR_OK)
         status = hpr_transport_finish(solution, &light);
+    hpr_estimate_fini(&estimate);
     hpr_transport_fini(&light);
     return status;
 }

@@ -16,7 +16,7 @@
 
 #define PI 3.14159265358979323846
 
-enum { PATCHES = 24, SIDE = 80, PIXELS = 8, PATHS = 100 };
+enum { PATCHES = 20, SIDE = 84, PIXELS = 8, PATHS = 110 };
 
 /* Of 72 comparisons none is beyond this by chance but once in 1000 seeds (Bonferroni: 1e-3 / 72, two-sided).
  */
@@ -46,7 +46,7 @@ static size_t place_all(hpr_scene *scene, const hpr_patches *patches, double poi
     assert_int_equal(patches->count, PATCHES);
     for (size_t i = 0; i < PATCHES; i++) {
         double s = 0.2 + 0.025 * (double)(i % 10), t = 0.65 - 0.025 * (double)(i % 7); /* s + t < 1.1 */
-        if (patches->shape[i] == HPR_SHAPE_TRIANGLE)
+        if (patches->shape[i] != HPR_SHAPE_PARALLELOGRAM)
             t = fmin(t, 0.9 - s);
         for (size_t k = 0; k < 3; k++)
             point[i][k] =

@@ -110,7 +110,7 @@ def table_problems(text, folder):
 
 def study_problems(text, folder):
     begin = text.index("### Study")
-    told = re.findall(r"`(\w+)`", "".join(line.split("|")[1] for line in text[begin:text.index("\n### ", begin)].splitlines()
+    told = re.findall(r"`(\w+)`", "".join(line.split("|")[1] for line in text[begin:text.index("### Batches")].splitlines()
                                           if line.startswith("| `")))
     with open(os.path.join(folder, "plates.csv"), encoding="utf-8") as file:
         columns = next(csv.reader(file))

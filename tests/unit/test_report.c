@@ -20,6 +20,9 @@ static hpr_solution example(fixture *f)
                       .energy = energy};
     s.channel_name = names;
     s.summary = (hpr_solve_summary){
+        .error_estimate = 0.0375,
+        .error_parts = {0.025, 0.0078125, 0.00390625, 0.00078125},
+        .steps = 6,
         .options = {.order = 2, .subdivide = 3, .feet = 1, .solver_tolerance = 1e-12, .max_sweeps = 100},
         .blocked_tolerance = 1e-3,
         .visibility_error = 0.0025,
@@ -92,6 +95,12 @@ static void keys_are_as_documented(void **state)
     } numbers[] = {
         {"threads", 1},
         {"settings/order", 2},
+        {"error_estimate", 0.0375},
+        {"error_parts/discretisation", 0.025},
+        {"error_parts/links", 0.0078125},
+        {"error_parts/visibility", 0.00390625},
+        {"error_parts/solver", 0.00078125},
+        {"counts/steps", 6},
         {"settings/subdivide", 3},
         {"settings/feet", 1},
         {"settings/block_tolerance", 1e-6},
@@ -148,7 +157,8 @@ static void keys_are_as_documented(void **state)
     }
     assert_true(cJSON_IsTrue(item_at(root, "solver/occluded")));
     assert_string_equal(item_at(root, "environment/direct")->valuestring, "exact");
-    assert_true(cJSON_IsNull(item_at(root, "error_estimate")));
+    assert_true(cJSON_IsNull(item_at(root, "settings/tolerance")));
+    assert_string_equal(item_at(root, "settings/refine")->valuestring, "hp");
     assert_string_equal(item_at(root, "hprad/version")->valuestring, hpr_version());
     assert_string_equal(item_at(root, "hprad/commit")->valuestring, hpr_commit());
     assert_string_equal(item_at(root, "hprad/embree")->valuestring, hpr_embree_version());

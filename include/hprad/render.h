@@ -94,7 +94,7 @@ HPR_API hpr_status hpr_solution_render(hpr_context *context, const hpr_solution 
  * (importance sampling of its weight), so that all count the same and every pixel stands for itself.
  * Errors: also HPR_ERR_ARG if the crop window is not within the picture, HPR_ERR_UNSUPPORTED if DIRECT or
  * INDIRECT is wanted of a solution that does not keep them apart (direct light through the basis), or ERROR
- * of one without an estimate (solved without tolerance).
+ * of one without an estimate (of a classical method).
  * Source: Ernst, Stamminger & Greiner 2006 (filter importance sampling).
  */
 HPR_API hpr_status hpr_solution_view(hpr_context *context, const hpr_solution *solution, size_t camera,

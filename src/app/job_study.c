@@ -170,7 +170,7 @@ static hpr_status solve_adaptive_truth(study *s, hpr_solve_options *truth)
     truth->order = truth->subdivide = HPR_CHOOSE;
     truth->refine = HPR_REFINE_HP;
     snprintf(s->truth_text, sizeof s->truth_text, "tolerance %g", truth->tolerance);
-    hpr_status status = hpr_job_run_solve(s->job, s->scene, truth, NULL, &s->truth);
+    hpr_status status = hpr_job_run_solve(s->job, s->scene, truth, NULL, NULL, &s->truth);
     if (status == HPR_OK && !s->truth->summary.reached)
         hpr_warn(s->job->context, "the solution to compare with has an estimated error of %.2e, not of %g",
                  s->truth->summary.error_estimate, truth->tolerance);

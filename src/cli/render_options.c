@@ -34,7 +34,7 @@ const struct poptOption cli_render_options[] = {
      "width of the whole filter, up to 16 pixels (default 1, of gaussian 3: six standard deviations)", "W"},
     {"aov", 0, POPT_ARG_STRING, NULL, CLI_OPTION_LAYERS,
      "more layers in the EXR, any of: irradiance, direct, indirect, emission, albedo, N, P, Z, degree, "
-     "error (of a solution with --tol), patchId, elementId",
+     "error, patchId, elementId",
      "A,B,..."},
     {"half", 0, POPT_ARG_NONE, NULL, CLI_OPTION_HALF, "EXR with 16-bit numbers", NULL},
     {"tiled", 0, POPT_ARG_NONE, NULL, CLI_OPTION_TILED, "EXR in tiles of 64 x 64 instead of scanlines", NULL},

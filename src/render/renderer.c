@@ -231,8 +231,7 @@ static hpr_status check(const hpr_renderer *renderer, int samples, const hpr_vie
                         "went through the basis (--direct galerkin, or too many lamps)",
                         solution->scene_name);
     if (view->layers & 1u << HPR_LAYER_ERROR && !has_estimate(solution))
-        return hpr_fail(ctx, HPR_ERR_UNSUPPORTED,
-                        "%s: this solution has no estimate of its error to show; solve the scene with --tol",
+        return hpr_fail(ctx, HPR_ERR_UNSUPPORTED, "%s: this solution has no estimate of its error to show",
                         solution->scene_name);
     return HPR_OK;
 }

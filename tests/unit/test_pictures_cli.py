@@ -182,8 +182,9 @@ def check_error(pictures):
     most = brightest * math.sqrt(sum(side * side for side, _ in leaves))
     part = report["error_parts"]["discretisation"]
     check("the whole is as large as the report says", 0 < total <= part * most or [f"{total} > {part} * {most}"])
-    result = pictures.command("render", "one.glb", "-o", "x.exr", "--aov", "error")
-    check("no layer error without an estimate", problems(result, 3, ["one.gltf", "no estimate", "--tol"]))
+    pictures.command("solve", "one.gltf", "--method", "exact", "-o", "exact.glb", "--quiet")
+    result = pictures.command("render", "exact.glb", "-o", "x.exr", "--aov", "error")
+    check("no layer error without an estimate", problems(result, 3, ["one.gltf", "no estimate"]))
 
 
 def check_kinds(pictures):

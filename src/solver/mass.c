@@ -10,7 +10,7 @@
 
 enum {
     MOST_CELLS = 32, /* along an axis of the texture, of a leaf */
-    SMALL_CELLS = 64 /* from so many on polynomials vary little over one, and half the points do */
+    SMALL_CELLS = 8  /* from so many along both polynomials vary little over one, and half the points do */
 };
 
 /* A leaf while its matrices are integrated. */
@@ -45,10 +45,12 @@ static void add_point(const leaf_mass *l, double s, double t, double weight)
  * Per axis of a piece: exact for T_k T_l times a bilinear texel times the tint, and 1 - v of a collapsed
  * triangle. The product basis of a parallelogram has twice its degree along a slanting line.
  */
-static int count_points(const leaf_mass *l, bool triangle)
+static int count_points(const leaf_mass *l, const hpr_cell *cell)
 {
     int degree = l->frame.degree;
-    if (triangle && l->frame.shape == HPR_SHAPE_PARALLELOGRAM)
+    bool along = cell->shape == HPR_SHAPE_PARALLELOGRAM && cell->edge1[0] * cell->edge1[1] == 0 &&
+                 cell->edge2[0] * cell->edge2[1] == 0;
+    if (!along && l->frame.shape == HPR_SHAPE_PARALLELOGRAM)
         degree *= 2;
     return (l->small ? degree / 2 : degree) + 3;
 }
@@ -63,7 +65,7 @@ static void add_piece(const leaf_mass *l, const hpr_polygon *piece)
         const double *o = cell[i].origin, *e1 = cell[i].edge1, *e2 = cell[i].edge2;
         double area = fabs(e1[0] * e2[1] - e1[1] * e2[0]) * density;
         bool triangle = cell[i].shape == HPR_SHAPE_TRIANGLE;
-        int points = count_points(l, triangle);
+        int points = count_points(l, &cell[i]);
         const hpr_gauss_rule *gauss = &hpr_gauss.legendre[points];
         for (int a = 0; a < points; a++) {
             for (int b = 0; b < points; b++) {
@@ -95,18 +97,19 @@ static hpr_polygon strip(const hpr_polygon *polygon, const hpr_affine *f, double
     return hpr_polygon_half(&part, &under, -1);
 }
 
-/* What lies on a line between two cells is in both and has no area. */
+/* What lies on a line between two cells is in both and has no area. Cells are counted, for coordinates may be
+ * so large that 1 more is the same. */
 static void add_polygon(const leaf_mass *l, const hpr_polygon *polygon)
 {
     double low[2], high[2];
     find_range(polygon, &l->uv[1], &low[1], &high[1]);
-    for (double y = floor(low[1]); y <= high[1]; y++) {
-        hpr_polygon row = strip(polygon, &l->uv[1], y);
+    for (int j = 0; j < MOST_CELLS + 2 && floor(low[1]) + j <= high[1]; j++) {
+        hpr_polygon row = strip(polygon, &l->uv[1], floor(low[1]) + j);
         if (row.count < 3)
             continue;
         find_range(&row, &l->uv[0], &low[0], &high[0]);
-        for (double x = floor(low[0]); x <= high[0]; x++) {
-            hpr_polygon piece = strip(&row, &l->uv[0], x);
+        for (int i = 0; i < MOST_CELLS + 2 && floor(low[0]) + i <= high[0]; i++) {
+            hpr_polygon piece = strip(&row, &l->uv[0], floor(low[0]) + i);
             if (piece.count >= 3)
                 add_piece(l, &piece);
         }
@@ -131,7 +134,7 @@ static void place_leaf(leaf_mass *l, const hpr_polygon *whole)
     hpr_patch_parameters(patches, l->patch, e->origin + 3 * node, &l->origin[0], &l->origin[1]);
     hpr_patch_parameters(patches, l->patch, tip[0], &l->edge1[0], &l->edge1[1]);
     hpr_patch_parameters(patches, l->patch, tip[1], &l->edge2[0], &l->edge2[1]);
-    double cells = 1;
+    double cells = MOST_CELLS;
     for (int a = 0; a < 2; a++) {
         l->edge1[a] -= l->origin[a];
         l->edge2[a] -= l->origin[a];
@@ -147,7 +150,7 @@ static void place_leaf(leaf_mass *l, const hpr_polygon *whole)
         l->uv[a].at_origin /= together;
         l->uv[a].along1 /= together;
         l->uv[a].along2 /= together;
-        cells *= fmax(1, (high - low) / together);
+        cells = fmin(cells, (high - low) / together);
     }
     l->small = cells >= SMALL_CELLS;
 }

@@ -87,7 +87,7 @@ typedef struct view {
     atomic_bool *stop; /* a path did not end, or the run was cancelled */
 } view;
 
-/* scratch: [4][channels]. Mean and sum of squares as they come (Welford 1962): no cancellation. Returns the
+/* scratch: [5][channels]. Mean and sum of squares as they come (Welford 1962): no cancellation. Returns the
  * number of rays after the camera's. */
 static uint64_t trace_pixel(const view *v, size_t pixel, double *scratch)
 {
@@ -158,7 +158,7 @@ static hpr_status trace_image(const hpr_reference *reference, size_t number, con
 {
     hpr_context *ctx = reference->context;
     size_t n = reference->patches->channel_count, threads = (size_t)hpr_context_threads(ctx);
-    size_t stride = (4 * n + 15) / 16 * 16; /* threads do not share cache lines */
+    size_t stride = (5 * n + 15) / 16 * 16; /* threads do not share cache lines */
     double *scratch = NULL;
     atomic_bool stop = false;
     const hpr_film content = {

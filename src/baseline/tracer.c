@@ -1,6 +1,7 @@
 #include "baseline/tracer.h"
 
 #include "math/vec3.h"
+#include "patch/paint.h"
 
 #include <float.h>
 #include <string.h>
@@ -72,8 +73,9 @@ typedef struct walk {
     hpr_random *random;
     uint32_t patch; /* where it is */
     double point[3];
-    double *throughput; /* [channels] radiosity here to what the camera sees, 1/pi left out */
-    double *sum;        /* [channels] W/m2 */
+    double *throughput;  /* [channels] radiosity here to what the camera sees, 1/pi left out */
+    double *sum;         /* [channels] W/m2 */
+    double *reflectance; /* [channels] where it is */
     uint32_t rays;
 } walk;
 
@@ -220,9 +222,12 @@ static bool reflect(walk *w, int reflections)
 {
     const hpr_patches *patches = w->tracer->patches;
     size_t n = patches->channel_count;
-    double before = strongest(w);
+    double before = strongest(w), s = 0, t = 0;
+    if (hpr_patch_texture(patches, w->patch))
+        hpr_patch_parameters(patches, w->patch, w->point, &s, &t);
+    hpr_patch_reflectance(patches, w->patch, s, t, w->reflectance);
     for (size_t c = 0; c < n; c++)
-        w->throughput[c] *= patches->reflectance[n * w->patch + c];
+        w->throughput[c] *= w->reflectance[c];
     double chance = strongest(w) / before;
     if (reflections < ROULETTE_FROM || chance >= 1)
         return chance > 0;
@@ -249,6 +254,7 @@ hpr_path hpr_tracer_follow(const hpr_tracer *tracer, const hpr_camera_ray *ray, 
                   .random = random,
                   .patch = hit.patch,
                   .throughput = throughput,
+                  .reflectance = throughput + n,
                   .sum = radiance};
         for (size_t c = 0; c < n; c++)
             throughput[c] = tracer->lit[c];

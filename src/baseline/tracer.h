@@ -43,7 +43,7 @@ typedef struct hpr_path {
  * Traces one path along a camera ray; radiance [channels], W/m2/sr. At every vertex one point of a lamp is
  * sampled and one cosine-weighted direction followed; the two are joined by the balance heuristic (Veach &
  * Guibas 1995, eq. 9), so that a lamp counts once. Russian roulette (Arvo & Kirk 1990) ends the path.
- * throughput: scratch, [channels]. Concurrent calls allowed with distinct random, radiance and throughput.
+ * throughput: scratch, [2][channels]. Concurrent calls allowed with distinct random, radiance and throughput.
  */
 hpr_path hpr_tracer_follow(const hpr_tracer *tracer, const hpr_camera_ray *ray, hpr_random *random,
                            double *radiance, double *throughput);

@@ -2,7 +2,7 @@
  * What the gltf_*.cpp files share. They read a glTF file in this order:
  *   document  bytes -> JSON -> checked against the schema -> tinygltf::Model
  *   accessor  buffers and views -> arrays of numbers, every span checked before it is touched
- *   texture   images -> the mean of a texture over a triangle
+ *   texture   images -> the mean of a texture over a triangle, and its texels for the scene
  *   material, node, mesh -> the scene builder
  * Errors are thrown as gltf::fault and end in hpr_scene_read (gltf_read.cpp); no exception leaves these
  * files.
@@ -101,6 +101,8 @@ class texture_set
     explicit texture_set(document &doc);
     ~texture_set();
     texture &open(int index);
+    /* Adds the texture to the scene, once; nothing if it is of one colour. */
+    std::optional<uint32_t> hand_on(int index, hpr_scene *scene);
 
   private:
     document &doc;

@@ -241,6 +241,17 @@ std::vector<primitive_data> read_mesh(reader &r, size_t index)
     return out;
 }
 
+void set_texture(texture_set &textures, const material_use &use, hpr_scene *scene, hpr_mesh &mesh)
+{
+    if (!use.base)
+        return;
+    std::optional<uint32_t> texture = textures.hand_on(use.base->index, scene);
+    if (!texture)
+        return;
+    mesh.texture = *texture;
+    mesh.factor = use.reflectance.data();
+}
+
 } // namespace
 
 void add_meshes(document &doc, texture_set &textures, const std::vector<material_use> &materials,
@@ -268,6 +279,8 @@ void add_meshes(document &doc, texture_set &textures, const std::vector<material
             add.node = place.node;
             add.primitive = static_cast<uint32_t>(p);
             add.material = material < 0 ? HPR_NONE : static_cast<uint32_t>(material);
+            if (material >= 0)
+                set_texture(textures, materials[static_cast<size_t>(material)], scene, add);
             place_primitive(cache[m][p], place.world, add, scene);
         }
     }

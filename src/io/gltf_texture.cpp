@@ -114,18 +114,29 @@ double linear_light(double s)
     return s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
 }
 
-wrap read_wrap(const document &doc, int index, int code)
+hpr_wrap read_wrap(const document &doc, int index, int code)
 {
     switch (code) {
     case TINYGLTF_TEXTURE_WRAP_REPEAT:
-        return wrap::repeat;
+        return HPR_WRAP_REPEAT;
     case TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT:
-        return wrap::mirror;
+        return HPR_WRAP_MIRROR;
     case TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE:
-        return wrap::clamp;
+        return HPR_WRAP_CLAMP;
     default:
         fail(doc, HPR_ERR_FORMAT, "sampler %d has the wrap mode %d, which glTF does not know", index, code);
     }
+}
+
+/* Are all pixels equal, alpha aside? */
+bool is_uniform(const tinygltf::Image &image)
+{
+    size_t pixel = static_cast<size_t>(image.bits) / 2, used = pixel / 4 * 3; /* bytes of RGBA, of RGB */
+    for (size_t at = pixel; at + used <= image.image.size(); at += pixel) {
+        if (std::memcmp(image.image.data(), image.image.data() + at, used) != 0)
+            return false;
+    }
+    return true;
 }
 
 /* One step of the pyramid along x: every texel is the mean of what it covers, so that the whole keeps its
@@ -232,9 +243,37 @@ texture &texture_set::open(int index)
     base.height = made->image.height;
     base.image = &made->image;
     base.table = &made->table;
+    made->uniform = is_uniform(made->image);
     made->pyramid.push_back(base);
     slot = std::move(made);
     return *slot;
+}
+
+std::optional<uint32_t> texture_set::hand_on(int index, hpr_scene *scene)
+{
+    texture &tex = open(index);
+    if (tex.uniform || tex.scene_index)
+        return tex.scene_index;
+    const level &base = tex.at_level(0);
+    std::vector<float> texel;
+    texel.reserve(3 * static_cast<size_t>(base.width) * static_cast<size_t>(base.height));
+    for (int y = 0; y < base.height; y++) {
+        for (int x = 0; x < base.width; x++) {
+            for (double value : base.at(x, y))
+                texel.push_back(static_cast<float>(value));
+        }
+    }
+    hpr_texture add = {};
+    add.width = static_cast<uint32_t>(base.width);
+    add.height = static_cast<uint32_t>(base.height);
+    add.wrap[0] = static_cast<uint8_t>(tex.wrap_s);
+    add.wrap[1] = static_cast<uint8_t>(tex.wrap_t);
+    add.nearest = tex.nearest;
+    add.texel = texel.data();
+    uint32_t place = 0;
+    check(hpr_scene_add_texture(scene, &add, &place));
+    tex.scene_index = place;
+    return tex.scene_index;
 }
 
 rgb texture_mean(texture &tex)

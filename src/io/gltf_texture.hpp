@@ -18,14 +18,15 @@ struct level {
     void put(int x, int y, size_t channel, double value);
 };
 
-enum class wrap { repeat, mirror, clamp };
 
 /* A mean over a triangle is that of the magnified texture: minFilter has no part in it. */
 struct texture {
     tinygltf::Image image;
     std::vector<double> table;
-    wrap wrap_s = wrap::repeat, wrap_t = wrap::repeat;
+    hpr_wrap wrap_s = HPR_WRAP_REPEAT, wrap_t = HPR_WRAP_REPEAT;
     bool nearest = false;
+    bool uniform = false;               /* all texels are equal */
+    std::optional<uint32_t> scene_index; /* once it was handed on */
     std::vector<level> pyramid;
 
     /* Level i has the size of level 0 halved i times, down to 1 x 1. */

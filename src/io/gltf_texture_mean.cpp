@@ -50,17 +50,17 @@ piece clip(const piece &from, int axis, double line, double sign)
 /* The cells along one axis. Cell i lies between i and i + 1; where the texture is clamped, the first and the
  * last one reach to infinity. */
 struct axis_cells {
-    wrap mode;
+    hpr_wrap mode;
     int size;     /* texels */
     bool nearest; /* else between texel centres */
 
     double first() const
     {
-        return mode != wrap::clamp ? -HUGE_VAL : nearest ? 0 : -1;
+        return mode != HPR_WRAP_CLAMP ? -HUGE_VAL : nearest ? 0 : -1;
     }
     double last() const
     {
-        return mode != wrap::clamp ? HUGE_VAL : size - 1;
+        return mode != HPR_WRAP_CLAMP ? HUGE_VAL : size - 1;
     }
     double cell(double x) const
     {
@@ -68,9 +68,9 @@ struct axis_cells {
     }
     int texel(double i) const
     {
-        if (mode == wrap::clamp)
+        if (mode == HPR_WRAP_CLAMP)
             return static_cast<int>(std::clamp(i, 0.0, size - 1.0));
-        int64_t period = mode == wrap::mirror ? 2 * static_cast<int64_t>(size) : size;
+        int64_t period = mode == HPR_WRAP_MIRROR ? 2 * static_cast<int64_t>(size) : size;
         int64_t m = static_cast<int64_t>(i) % period;
         m += m < 0 ? period : 0;
         return static_cast<int>(m < size ? m : period - 1 - m);
@@ -200,7 +200,7 @@ rgb texture_triangle_mean(texture &tex, const double uv[3][2], const rgb colour[
 {
     for (size_t i = 0;; i++) {
         const level &picture = tex.at_level(i);
-        if (picture.width == 1 && picture.height == 1)
+        if (tex.uniform || (picture.width == 1 && picture.height == 1))
             return mean_colour(colour, picture.at(0, 0));
         double shift = tex.nearest ? 0 : 0.5;
         piece triangle;

@@ -8,13 +8,13 @@ _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "arrays are written as
 
 const char *hpr_component_name(hpr_component component)
 {
-    static const char *const names[] = {"uint8", "uint32", "uint64", "float64"};
+    static const char *const names[] = {"uint8", "uint32", "uint64", "float64", "float32"};
     return names[component];
 }
 
 size_t hpr_component_bytes(hpr_component component)
 {
-    static const size_t bytes[] = {1, 4, 8, 8};
+    static const size_t bytes[] = {1, 4, 8, 8, 4};
     return bytes[component];
 }
 

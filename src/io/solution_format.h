@@ -1,15 +1,16 @@
 /*
  * The tables of the extension HPRAD_radiosity that its writer and its reader share, and what it holds.
  *
- * The extension stands at the root of the glTF, version 4, or 3 if there are no quadrilaterals; a newer one
- * is refused. Version 1 has no environment, version 2 no links, solver or errors of blocks in the summary.
- * Lengths are in metres, light in SI units per channel. It holds no times: the same solution gives the same
- * bytes. An array is an object {bufferView, componentType, components, count}: `count` items of `components`
- * little-endian numbers (uint8, uint32, uint64, float64), tightly packed in that buffer view, which begins at
- * a multiple of 8 bytes in the file; an empty array has no buffer view. 4294967295 means "none". Numbers in
- * the JSON that are not finite are the texts "NaN", "Infinity", "-Infinity".
+ * The extension stands at the root of the glTF, version 5, or 4 if there are no textures, 3 if also no
+ * quadrilaterals; a newer one is refused. Version 1 has no environment, version 2 no links, solver or errors
+ * of blocks in the summary. Lengths are in metres, light in SI units per channel. It holds no times: the same
+ * solution gives the same bytes. An array is an object {bufferView, componentType, components, count}:
+ * `count` items of `components` little-endian numbers (uint8, uint32, uint64, float64, float32), tightly
+ * packed in that buffer view, which begins at a multiple of 8 bytes in the file; an empty array has no buffer
+ * view. 4294967295 means "none". Numbers in the JSON that are not finite are the texts "NaN", "Infinity",
+ * "-Infinity".
  *
- * - version: 3 or 4. scene: the file's name. channels: their names, mostly R, G, B. exposure: see the end
+ * - version: 3 to 5. scene: the file's name. channels: their names, mostly R, G, B. exposure: see the end
  * - environment: the radiance from outside, W/m2/sr, one number per channel
  * - patches.count: one per side of a surface; .degenerateCount, .duplicateCount: faces that were left out
  * - patches.shape, .side (uint8): 0 parallelogram, 1 triangle, 2 quadrilateral; 1 for the back of a
@@ -21,6 +22,11 @@
  * - patches.opposite (2 float64, version 4): (a,b) of a quadrilateral, whose (s,t) are in the convex one with
  *   the corners (0,0), (1,0), (a,b), (0,1); else unused
  * - patches.reflectance, .exitance (float64 per channel): rho, the mean over the patch; M in W/m2
+ * - textures[] (version 5): width, height; wrapU, wrapV (0 repeat, 1 mirror, 2 clamp to edge); nearest (1: a
+ *   texel is constant, 0: bilinear between texel centres); texels (float32 per texel and channel), linear
+ * - patches.texture (uint32, version 5): its texture, or none; .textureMap (6 float64), .tint (3 times one
+ *   float64 per channel): rho(s,t) = (tint0 + s tint1 + t tint2) texture(u, v), at most 1, with
+ *   (u, v) = map0 + s map1 + t map2, 0 to 1 over the picture, whose first row of texels is at v = 0
  * - elements.count, .leafCount: nodes and leaves of the patches' binary trees; node i < patches.count is the
  *   root of patch i
  * - elements.patch, .child (uint32): its patch; the first of two consecutive children, none for a leaf
@@ -53,9 +59,13 @@
 #include "solver/solution.h"
 
 #define HPR_EXTENSION_NAME "HPRAD_radiosity"
-enum { HPR_EXTENSION_VERSION = 4, HPR_EXTENSION_VERSION_WITHOUT_QUADRILATERALS = 3 };
+enum {
+    HPR_EXTENSION_VERSION = 5,
+    HPR_EXTENSION_VERSION_WITHOUT_TEXTURES = 4,
+    HPR_EXTENSION_VERSION_WITHOUT_QUADRILATERALS = 3
+};
 
-typedef enum hpr_component { HPR_UINT8, HPR_UINT32, HPR_UINT64, HPR_FLOAT64 } hpr_component;
+typedef enum hpr_component { HPR_UINT8, HPR_UINT32, HPR_UINT64, HPR_FLOAT64, HPR_FLOAT32 } hpr_component;
 
 /* Name in the file, and bytes. */
 const char *hpr_component_name(hpr_component component);

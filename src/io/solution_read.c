@@ -2,7 +2,8 @@
  * is used, so that a solution that was read is as sound as one that was solved. */
 #include "io/glb.h"
 #include "io/json_text.h"
-#include "io/solution_format.h"
+#include "io/solution_column.h"
+#include "io/solution_paint.h"
 #include "patch/weld.h"
 
 #include <float.h>
@@ -77,37 +78,10 @@ static hpr_status read_sizes(reader *r)
     return status;
 }
 
-/* The bytes of one array; *data is NULL for an empty one, and for one that older files do not have. */
 static hpr_status find_column(const reader *r, const hpr_column *column, const unsigned char **data,
                               size_t *bytes)
 {
-    const cJSON *array = member(member(r->extension, column->group), column->key);
-    const char *type = cJSON_GetStringValue(member(array, "componentType"));
-    size_t count, components, view;
-    *data = NULL;
-    *bytes = column->count * column->components * hpr_component_bytes(column->component);
-    if (!array && column->since > r->version) {
-        *bytes = 0;
-        return HPR_OK;
-    }
-    if (!type || strcmp(type, hpr_component_name(column->component)) ||
-        !hpr_json_read_size(member(array, "count"), 0x1p53, &count) || count != column->count ||
-        !hpr_json_read_size(member(array, "components"), 0x1p53, &components) ||
-        components != column->components)
-        return hpr_fail(r->context, HPR_ERR_FORMAT, "%s: %s: %s.%s is not %zu times %zu %s", r->glb.path,
-                        HPR_EXTENSION_NAME, column->group, column->key, column->count, column->components,
-                        hpr_component_name(column->component));
-    if (!*bytes)
-        return HPR_OK;
-    size_t length;
-    if (!hpr_json_read_size(member(array, "bufferView"), INT_MAX, &view))
-        return hpr_fail(r->context, HPR_ERR_FORMAT, "%s: %s: %s.%s has no buffer view", r->glb.path,
-                        HPR_EXTENSION_NAME, column->group, column->key);
-    hpr_status status = hpr_glb_view(&r->glb, view, data, &length);
-    if (status == HPR_OK && length != *bytes)
-        status = hpr_fail(r->context, HPR_ERR_FORMAT, "%s: %s: %s.%s has %zu bytes, not %zu", r->glb.path,
-                          HPR_EXTENSION_NAME, column->group, column->key, length, *bytes);
-    return status;
+    return hpr_column_find(&r->glb, member(r->extension, column->group), r->version, column, data, bytes);
 }
 
 /* All arrays are there before memory is taken for them, so that a small file cannot ask for much. */
@@ -496,6 +470,8 @@ static hpr_status read_solution(reader *r)
         status = take_columns(r, false);
     if (status == HPR_OK)
         status = check_patches(r);
+    if (status == HPR_OK)
+        status = hpr_solution_read_paint(&r->glb, r->extension, r->version, r->solution->patches);
     if (status == HPR_OK)
         status = check_elements(r);
     if (status == HPR_OK)

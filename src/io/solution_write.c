@@ -43,8 +43,9 @@
  */
 #include "io/glb.h"
 #include "io/json_text.h"
-#include "io/solution_format.h"
+#include "io/solution_column.h"
 #include "io/solution_mesh.h"
+#include "io/solution_paint.h"
 
 #include <hprad/version.h>
 #include <math.h>
@@ -219,27 +220,6 @@ static hpr_status add_gltf(hpr_glb_builder *glb, const hpr_solution *solution, c
     return status;
 }
 
-static hpr_status add_column(hpr_glb_builder *glb, cJSON *extension, const hpr_column *column)
-{
-    bool *ok = &glb->ok;
-    cJSON *group = cJSON_GetObjectItemCaseSensitive(extension, column->group);
-    cJSON *array = hpr_json_object(group, column->key, ok);
-    size_t bytes = column->count * column->components * hpr_component_bytes(column->component);
-    if (bytes) {
-        size_t view;
-        void *data;
-        memcpy(&data, column->array, sizeof data);
-        hpr_status status = hpr_glb_add_view(glb, data, bytes, HPR_GLB_NO_TARGET, &view);
-        if (status != HPR_OK)
-            return status;
-        hpr_json_number(array, "bufferView", (double)view, ok);
-    }
-    hpr_json_text(array, "componentType", hpr_component_name(column->component), ok);
-    hpr_json_number(array, "components", (double)column->components, ok);
-    hpr_json_number(array, "count", (double)column->count, ok);
-    return HPR_OK;
-}
-
 static void add_exact_cameras(cJSON *extension, const hpr_solution *solution, bool *ok)
 {
     cJSON *cameras = hpr_json_array(extension, "cameras", ok);
@@ -259,12 +239,14 @@ static void add_exact_cameras(cJSON *extension, const hpr_solution *solution, bo
     }
 }
 
-/* Older readers can take what has no quadrilaterals. */
+/* Older readers can take what has no textures or quadrilaterals. */
 static size_t version_of(const hpr_solution *solution)
 {
+    if (solution->patches->paint)
+        return HPR_EXTENSION_VERSION;
     for (size_t i = 0; i < solution->patches->count; i++) {
         if (solution->patches->shape[i] == HPR_SHAPE_QUADRILATERAL)
-            return HPR_EXTENSION_VERSION;
+            return HPR_EXTENSION_VERSION_WITHOUT_TEXTURES;
     }
     return HPR_EXTENSION_VERSION_WITHOUT_QUADRILATERALS;
 }
@@ -302,8 +284,11 @@ static hpr_status add_extension(hpr_glb_builder *glb, const hpr_solution *soluti
     hpr_status status = HPR_OK;
     for (size_t i = 0; status == HPR_OK && i < HPR_COLUMN_COUNT; i++) {
         if (columns[i].since <= version)
-            status = add_column(glb, extension, columns + i);
+            status = hpr_column_write(glb, cJSON_GetObjectItemCaseSensitive(extension, columns[i].group),
+                                      columns + i);
     }
+    if (status == HPR_OK)
+        status = hpr_solution_write_paint(glb, extension, p);
     add_exact_cameras(extension, solution, ok);
     size_t count;
     const hpr_field *fields = hpr_summary_fields(&count);

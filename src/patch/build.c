@@ -1,6 +1,7 @@
 /* From a scene's faces to patches: weld, merge, drop what has no area or was there before. */
 #include "math/vec3.h"
 #include "patch/overlap.h"
+#include "patch/paint.h"
 #include "patch/weld.h"
 
 #include <stdlib.h>
@@ -309,6 +310,27 @@ static void set_optics(const builder *b, const facet *f, size_t i)
     }
 }
 
+/* The texture of a patch, affine in its parameters; the back has them exchanged. */
+static void set_paint(const builder *b, const facet *f, size_t i, int side)
+{
+    const hpr_scene *scene = b->scene;
+    hpr_paint *paint = b->patches->paint;
+    uint32_t mesh = scene->face_mesh[f->face], second = f->vertex[f->vertex[3] == HPR_NONE ? 2 : 3];
+    size_t n = scene->channel_count;
+    if (!paint || scene->mesh_texture[mesh] == HPR_NONE)
+        return;
+    const uint32_t at[3] = {f->vertex[0], side ? second : f->vertex[1], side ? f->vertex[1] : second};
+    double *map = paint->map + 6 * i, *tint = paint->tint + 3 * n * i;
+    paint->of_patch[i] = scene->mesh_texture[mesh];
+    for (size_t k = 0; k < 3; k++) {
+        for (size_t a = 0; a < 2; a++)
+            map[2 * k + a] = scene->uv[2 * at[k] + a] - (k ? scene->uv[2 * at[0] + a] : 0);
+        for (size_t c = 0; c < n; c++)
+            tint[n * k + c] = scene->mesh_factor[n * mesh + c] *
+                              (scene->colour[n * at[k] + c] - (k ? scene->colour[n * at[0] + c] : 0));
+    }
+}
+
 /* A patch that only keeps its place. */
 static void set_empty(const builder *b, const facet *f, size_t i, int side)
 {
@@ -434,6 +456,7 @@ static void make_patches(builder *b, const bool *hidden)
             else
                 set_geometry(b, facet, count, side);
             set_optics(b, facet, count);
+            set_paint(b, facet, count, side);
             count++;
             made += !dropped;
         }
@@ -458,6 +481,8 @@ static hpr_status allocate_builder(builder *b)
         status = hpr_allocate_into(ctx, &b->facets, 2 * faces, sizeof *b->facets, "patches");
     if (status == HPR_OK)
         status = hpr_patches_create(ctx, 4 * faces, b->scene->channel_count, &b->patches);
+    if (status == HPR_OK && b->scene->texture_count && !b->for_factors)
+        status = hpr_paint_create(b->patches, b->scene->texture_count, b->scene->texture);
     return status;
 }
 

@@ -1,6 +1,7 @@
 #include "patch/patches.h"
 
 #include "math/vec3.h"
+#include "patch/paint.h"
 
 hpr_status hpr_patches_create(hpr_context *ctx, size_t capacity, size_t channel_count, hpr_patches **out)
 {
@@ -53,6 +54,7 @@ void hpr_patches_destroy(hpr_patches **out)
                       patches->exitance,  patches->opposite};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
         hpr_release(ctx, arrays[i]);
+    hpr_paint_destroy(patches);
     hpr_release(ctx, patches);
     *out = NULL;
 }

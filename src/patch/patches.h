@@ -10,6 +10,8 @@
 #include "patch/shape.h"
 #include "scene/scene.h"
 
+typedef struct hpr_paint hpr_paint; /* patch/paint.h */
+
 typedef struct hpr_patches {
     hpr_context *context;
     size_t count, channel_count;
@@ -22,6 +24,7 @@ typedef struct hpr_patches {
     double *area_m2;     /* [count] */
     double *reflectance; /* [count][channels] area mean of rho */
     double *exitance;    /* [count][channels] M = pi Le, W/m2 */
+    hpr_paint *paint;    /* textures, NULL: none; then rho(x) is not its mean (patch/paint.h) */
     size_t degenerate_count; /* faces dropped because they have no area */
     double weld_m;           /* vertices within this distance were made one; touching is judged by it */
     size_t duplicate_count;  /* patches dropped because an equal, same-facing one came before */

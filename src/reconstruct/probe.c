@@ -1,5 +1,6 @@
 /* Irradiance and radiosity at given points. */
 #include "math/vec3.h"
+#include "patch/paint.h"
 #include "reconstruct/reconstruct.h"
 
 static double outside(double x, double low, double high)
@@ -79,14 +80,15 @@ hpr_status hpr_solution_probe(hpr_context *context, const hpr_solution *solution
         patch[i] = found.patch;
         if (found.patch != HPR_NONE)
             hpr_reconstruct_point(&reconstruction, found.patch, found.s, found.t, irradiance + n * i);
+        if (found.patch != HPR_NONE) /* rho, until it is used */
+            hpr_patch_reflectance(patches, found.patch, found.s, found.t, radiosity + n * i);
         for (size_t c = 0; c < n; c++) {
             size_t pc = n * found.patch + c;
             if (found.patch == HPR_NONE)
                 irradiance[n * i + c] = NAN;
-            radiosity[n * i + c] =
-                found.patch == HPR_NONE
-                    ? NAN
-                    : patches->exitance[pc] + patches->reflectance[pc] * irradiance[n * i + c];
+            radiosity[n * i + c] = found.patch == HPR_NONE
+                                       ? NAN
+                                       : patches->exitance[pc] + radiosity[n * i + c] * irradiance[n * i + c];
         }
     }
     hpr_reconstruction_fini(&reconstruction);

@@ -2,6 +2,7 @@
 #include "render/renderer.h"
 
 #include "math/vec3.h"
+#include "patch/paint.h"
 #include "reconstruct/reconstruct.h"
 #include "render/camera.h"
 #include "render/film.h"
@@ -67,8 +68,8 @@ typedef struct work {
 
 /* What a thread needs for a pixel. */
 typedef struct scratch {
-    double *irradiance, *indirect; /* [channels] */
-    double *sum;                   /* [MEAN_COUNT][channels] */
+    double *irradiance, *indirect, *reflectance; /* [channels] */
+    double *sum;                                 /* [MEAN_COUNT][channels] */
 } scratch;
 
 static hpr_hit shoot(const work *w, double x, double y, hpr_camera_ray *ray)
@@ -89,16 +90,17 @@ static void add_hit(const work *w, const hpr_hit *hit, const scratch *s)
                               s->indirect);
     else
         hpr_reconstruct_point(&w->renderer->reconstruction, hit->patch, hit->s, hit->t, s->irradiance);
+    hpr_patch_reflectance(patches, hit->patch, hit->s, hit->t, s->reflectance);
     for (size_t c = 0; c < n; c++) {
         size_t i = n * hit->patch + c;
-        s->sum[c] += (patches->exitance[i] + patches->reflectance[i] * s->irradiance[c]) / pi;
+        s->sum[c] += (patches->exitance[i] + s->reflectance[c] * s->irradiance[c]) / pi;
         if (!w->averaged)
             continue;
         layer[n * HPR_LAYER_IRRADIANCE + c] += s->irradiance[c];
         layer[n * HPR_LAYER_DIRECT + c] += s->irradiance[c] - s->indirect[c];
         layer[n * HPR_LAYER_INDIRECT + c] += s->indirect[c];
         layer[n * HPR_LAYER_EMISSION + c] += patches->exitance[i] / pi;
-        layer[n * HPR_LAYER_ALBEDO + c] += patches->reflectance[i];
+        layer[n * HPR_LAYER_ALBEDO + c] += s->reflectance[c];
     }
 }
 
@@ -194,7 +196,8 @@ static hpr_status render_tiles(const work *w, double *memory, size_t stride)
         if (hpr_cancelled(ctx))
             continue;
         double *own = memory + stride * (size_t)omp_get_thread_num();
-        const scratch s = {.irradiance = own, .indirect = own + n, .sum = own + 2 * n};
+        const scratch s = {
+            .irradiance = own, .indirect = own + n, .reflectance = own + 2 * n, .sum = own + 3 * n};
         render_tile(w, tile, across, &s);
 #pragma omp critical(hpr_render_progress)
         hpr_stage_progress(ctx, (double)++done / tiles);
@@ -242,7 +245,7 @@ static hpr_status render_film(const hpr_renderer *renderer, const hpr_camera *ca
     hpr_context *ctx = renderer->context;
     uint32_t means = (1u << (HPR_LAYER_ALBEDO + 1)) - 1;
     size_t stride =
-        ((2 + MEAN_COUNT) * image->channel_count + 15) / 16 * 16; /* threads share no cache line */
+        ((3 + MEAN_COUNT) * image->channel_count + 15) / 16 * 16; /* threads share no cache line */
     double *memory = NULL, *place = NULL;
     hpr_status status = hpr_allocate_into(ctx, &memory, (size_t)hpr_context_threads(ctx),
                                           stride * sizeof *memory, "rendering");

@@ -58,6 +58,8 @@ void hpr_scene_destroy(hpr_scene **out)
         hpr_release(ctx, scene->mesh_name[i]);
     for (size_t i = 0; i < scene->camera_count; i++)
         hpr_release(ctx, scene->camera[i].name);
+    for (size_t i = 0; i < scene->texture_count; i++)
+        hpr_release(ctx, scene->texture[i].texel);
     void *arrays[] = {scene->path,
                       scene->channel_name,
                       scene->environment,
@@ -71,6 +73,9 @@ void hpr_scene_destroy(hpr_scene **out)
                       scene->mesh_node,
                       scene->mesh_primitive,
                       scene->mesh_material,
+                      scene->mesh_texture,
+                      scene->mesh_factor,
+                      scene->texture,
                       scene->face_vertex,
                       scene->face_mesh,
                       scene->face_reflectance,
@@ -138,6 +143,21 @@ hpr_status hpr_scene_add_material(hpr_scene *scene, const char *name, const doub
     return HPR_OK;
 }
 
+hpr_status hpr_scene_add_texture(hpr_scene *scene, const hpr_texture *texture, uint32_t *index)
+{
+    hpr_context *ctx = scene->context;
+    size_t i = scene->texture_count;
+    hpr_status status =
+        hpr_grow(ctx, &scene->texture, &scene->texture_capacity, i + 1, sizeof *scene->texture);
+    if (status == HPR_OK)
+        status = hpr_texture_copy(ctx, texture, scene->channel_count, &scene->texture[i]);
+    if (status != HPR_OK)
+        return status;
+    *index = (uint32_t)i;
+    scene->texture_count++;
+    return HPR_OK;
+}
+
 static hpr_status check_mesh(const hpr_scene *scene, const hpr_mesh *mesh)
 {
     hpr_context *ctx = scene->context;
@@ -178,17 +198,17 @@ static hpr_status reserve_mesh(hpr_scene *scene, const hpr_mesh *mesh)
     if (scene->vertex_count + mesh->vertex_count >= HPR_NONE ||
         scene->face_count + mesh->face_count >= HPR_NONE)
         return hpr_fail(ctx, HPR_ERR_UNSUPPORTED, "%s: more than 2^32 - 2 vertices or faces", scene->path);
-    const column meshes[] = {{&scene->mesh_name, sizeof(char *)},
-                             {&scene->mesh_node, sizeof(uint32_t)},
-                             {&scene->mesh_primitive, sizeof(uint32_t)},
-                             {&scene->mesh_material, sizeof(uint32_t)}};
+    const column meshes[] = {
+        {&scene->mesh_name, sizeof(char *)},        {&scene->mesh_node, sizeof(uint32_t)},
+        {&scene->mesh_primitive, sizeof(uint32_t)}, {&scene->mesh_material, sizeof(uint32_t)},
+        {&scene->mesh_texture, sizeof(uint32_t)},   {&scene->mesh_factor, n * sizeof(double)}};
     const column vertices[] = {{&scene->position, 3 * sizeof(double)},
                                {&scene->uv, 2 * sizeof(double)},
                                {&scene->colour, n * sizeof(double)}};
     const column faces[] = {{&scene->face_vertex, 4 * sizeof(uint32_t)},
                             {&scene->face_mesh, sizeof(uint32_t)},
                             {&scene->face_reflectance, n * sizeof(double)}};
-    hpr_status status = grow_columns(ctx, meshes, 4, &scene->mesh_capacity, scene->mesh_count + 1);
+    hpr_status status = grow_columns(ctx, meshes, 6, &scene->mesh_capacity, scene->mesh_count + 1);
     if (status == HPR_OK)
         status =
             grow_columns(ctx, vertices, 3, &scene->vertex_capacity, scene->vertex_count + mesh->vertex_count);
@@ -247,6 +267,9 @@ hpr_status hpr_scene_add_mesh(hpr_scene *scene, const hpr_mesh *mesh)
     scene->mesh_node[m] = mesh->node;
     scene->mesh_primitive[m] = mesh->primitive;
     scene->mesh_material[m] = mesh->material;
+    scene->mesh_texture[m] = mesh->factor ? mesh->texture : HPR_NONE;
+    for (size_t c = 0; mesh->factor && c < scene->channel_count; c++)
+        scene->mesh_factor[scene->channel_count * m + c] = mesh->factor[c];
     scene->mesh_count++;
     return HPR_OK;
 }
@@ -294,6 +317,44 @@ static bool limit_channels(double *rho, size_t channel_count, double limit)
     return true;
 }
 
+/* The largest value of a channel of a texture. */
+static double texture_peak(const hpr_texture *texture, size_t channel_count, size_t channel)
+{
+    double peak = 0;
+    for (size_t i = 0; i < (size_t)texture->width * texture->height; i++)
+        peak = fmax(peak, (double)texture->texel[channel_count * i + channel]);
+    return peak;
+}
+
+/* Scales a mesh with a texture, means and factor alike, so that the two stay consistent. Returns the number
+ * of faces that changed. */
+static size_t limit_texture(hpr_scene *scene, size_t mesh, double limit)
+{
+    size_t n = scene->channel_count, faces = 0;
+    const hpr_texture *texture = &scene->texture[scene->mesh_texture[mesh]];
+    double largest = 0;
+    for (size_t c = 0; c < n; c++) {
+        double colour = 0;
+        for (size_t i = 0; i < 4 * scene->face_count; i++) {
+            if (scene->face_mesh[i / 4] == mesh && scene->face_vertex[i] != HPR_NONE)
+                colour = fmax(colour, scene->colour[n * scene->face_vertex[i] + c]);
+        }
+        largest = fmax(largest, colour * scene->mesh_factor[n * mesh + c] * texture_peak(texture, n, c));
+    }
+    if (largest <= limit)
+        return 0;
+    for (size_t c = 0; c < n; c++)
+        scene->mesh_factor[n * mesh + c] *= limit / largest;
+    for (size_t f = 0; f < scene->face_count; f++) {
+        if (scene->face_mesh[f] != mesh)
+            continue;
+        for (size_t c = 0; c < n; c++)
+            scene->face_reflectance[n * f + c] *= limit / largest;
+        faces++;
+    }
+    return faces;
+}
+
 hpr_status hpr_scene_set_environment(hpr_scene *scene, size_t count, const double *radiance)
 {
     hpr_context *ctx = scene->context;
@@ -324,6 +385,8 @@ hpr_status hpr_scene_limit_reflectance(hpr_scene *scene, double limit)
             hpr_warn(ctx, "%s: material %zu '%s' scaled down to reflectance %g", scene->path, i,
                      scene->material[i].name, limit);
     }
+    for (size_t m = 0; m < scene->mesh_count; m++)
+        faces += scene->mesh_texture[m] != HPR_NONE ? limit_texture(scene, m, limit) : 0;
     for (size_t f = 0; f < scene->face_count; f++)
         faces += limit_channels(scene->face_reflectance + n * f, n, limit);
     if (faces)

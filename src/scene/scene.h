@@ -6,6 +6,7 @@
 #define HPR_SCENE_SCENE_H
 
 #include "base/context.h"
+#include "scene/texture.h"
 
 #include <hprad/scene.h>
 
@@ -44,6 +45,9 @@ typedef struct hpr_mesh {
     const uint32_t *vertex; /* [face_count][4], counter-clockwise from the front; [3] = HPR_NONE: triangle */
     const double *face_reflectance; /* [face_count][channels]: area mean of rho, textures and colours
                                        included, or NULL: the material's */
+    uint32_t texture;               /* index, if there is a factor */
+    const double *factor; /* [channels] rho = factor * colour * texture(uv), of which face_reflectance must be
+                             the mean; or NULL: no texture */
 } hpr_mesh;
 
 struct hpr_scene {
@@ -66,6 +70,11 @@ struct hpr_scene {
     size_t mesh_count, mesh_capacity;
     char **mesh_name;                                     /* [mesh_count] "" if none */
     uint32_t *mesh_node, *mesh_primitive, *mesh_material; /* [mesh_count] */
+    uint32_t *mesh_texture;                               /* [mesh_count] or HPR_NONE */
+    double *mesh_factor;                                  /* [mesh_count][channels] of a texture */
+
+    size_t texture_count, texture_capacity;
+    hpr_texture *texture;
 
     size_t face_count, face_capacity;
     uint32_t *face_vertex;    /* [face_count][4] into position */
@@ -85,6 +94,9 @@ hpr_status hpr_scene_create(hpr_context *ctx, const char *path, size_t channel_c
 hpr_status hpr_scene_add_material(hpr_scene *scene, const char *name, const double *reflectance,
                                   const double *radiance, bool double_sided, uint32_t *index);
 
+/* Copies the texture. Errors: HPR_ERR_MEMORY. */
+hpr_status hpr_scene_add_texture(hpr_scene *scene, const hpr_texture *texture, uint32_t *index);
+
 /* Errors: HPR_ERR_FORMAT if a position is not finite, an index is out of range or a face's rho is not in
  * [0, 1]. */
 hpr_status hpr_scene_add_mesh(hpr_scene *scene, const hpr_mesh *mesh);
@@ -93,7 +105,8 @@ hpr_status hpr_scene_add_mesh(hpr_scene *scene, const hpr_mesh *mesh);
 hpr_status hpr_scene_add_camera(hpr_scene *scene, const hpr_camera *camera);
 
 /* Scales every material and face whose reflectance is above `limit` in some channel down to it (all channels
- * by the same factor) and says so. Errors: HPR_ERR_ARG unless 0 < limit <= 1. */
+ * by the same factor) and says so; a mesh with a texture as a whole, by the largest product of its factor, a
+ * vertex colour and a texel. Errors: HPR_ERR_ARG unless 0 < limit <= 1. */
 hpr_status hpr_scene_limit_reflectance(hpr_scene *scene, double limit);
 
 /* Corners of the axis-parallel box of all face vertices; false if there is no face. */

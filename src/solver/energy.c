@@ -25,6 +25,8 @@ enum {
 typedef struct energy {
     hpr_solution *solution;
     const hpr_coverage *coverage;
+    const hpr_mass *mass;
+    double *reflected; /* [dofs][channels] coefficients of rho H where rho varies; NULL: nowhere */
     const hpr_patches *patches;
     const hpr_elements *elements;
     hpr_visibility *visibility;
@@ -86,13 +88,16 @@ static void leaf_radiosity(const leaf_integral *l, double s, double t, double *r
     double basis[HPR_MAX_BASIS];
     double scale = hpr_frame_scale(&l->frame);
     size_t n = e->channels, count = hpr_basis_count(l->frame.shape, l->frame.degree);
-    bool open = hpr_coverage_open(e->coverage, l->leaf, s, t);
+    bool open = hpr_coverage_open(e->coverage, l->leaf, s, t), varies = hpr_mass_varies(e->mass, l->leaf);
+    const double *coefficient =
+        (varies ? e->reflected : e->solution->irradiance) + n * e->elements->dof[l->leaf];
     hpr_frame_basis(&l->frame, s, t, basis);
     for (size_t c = 0; c < n; c++) {
-        double h = 0;
+        double value = 0;
         for (size_t k = 0; k < count && open; k++)
-            h += scale * basis[k] * e->solution->irradiance[n * (e->elements->dof[l->leaf] + k) + c];
-        radiosity[c] = e->patches->exitance[n * l->patch + c] + e->patches->reflectance[n * l->patch + c] * h;
+            value += scale * basis[k] * coefficient[n * k + c];
+        double rho = varies ? 1 : e->patches->reflectance[n * l->patch + c];
+        radiosity[c] = e->patches->exitance[n * l->patch + c] + rho * value;
     }
 }
 
@@ -287,14 +292,36 @@ static void sum_local_terms(energy *e, const double *outside)
         uint32_t node = e->elements->leaf[leaf], patch = e->elements->patch[node];
         double area = e->elements->area_m2[node];
         for (size_t c = 0; c < n; c++) {
-            double h = hpr_coverage_mean(e->coverage, leaf,
-                                         solution->irradiance + n * e->elements->dof[leaf] + c, n);
+            size_t first = n * e->elements->dof[leaf] + c;
+            double h = hpr_coverage_mean(e->coverage, leaf, solution->irradiance + first, n);
             solution->energy[c].emitted += e->patches->exitance[n * patch + c] * area;
             solution->energy[c].environment +=
                 pi * solution->environment[c] * outside[e->elements->dof[leaf]] * sqrt(area);
-            solution->energy[c].absorbed += (1 - e->patches->reflectance[n * patch + c]) * h * sqrt(area);
+            double kept = (1 - e->patches->reflectance[n * patch + c]) * h;
+            if (hpr_mass_varies(e->mass, leaf))
+                kept = h - hpr_coverage_mean(e->coverage, leaf, e->reflected + first, n);
+            solution->energy[c].absorbed += kept * sqrt(area);
         }
     }
+}
+
+/* The coefficients of rho H. */
+static hpr_status reflect(energy *e)
+{
+    const hpr_elements *elements = e->elements;
+    size_t n = e->channels;
+    if (!e->mass->at)
+        return HPR_OK;
+    hpr_status status =
+        hpr_allocate_into(e->solution->context, &e->reflected, n * elements->dof[elements->leaf_count],
+                          sizeof(double), "energy terms");
+    for (size_t leaf = 0; status == HPR_OK && leaf < elements->leaf_count; leaf++) {
+        for (size_t c = 0; c < n; c++) {
+            size_t first = n * elements->dof[leaf] + c;
+            hpr_mass_reflect(e->mass, leaf, c, n, e->solution->irradiance + first, e->reflected + first);
+        }
+    }
+    return status;
 }
 
 static hpr_status prepare(energy *e)
@@ -318,17 +345,22 @@ static hpr_status prepare(energy *e)
     return HPR_OK;
 }
 
-hpr_status hpr_energy_compute(hpr_solution *solution, const hpr_coverage *coverage, const double *outside)
+hpr_status hpr_energy_compute(hpr_solution *solution, const hpr_coverage *coverage, const hpr_mass *mass,
+                              const double *outside)
 {
     hpr_context *ctx = solution->context;
     energy e = {.solution = solution,
                 .coverage = coverage,
+                .mass = mass,
                 .patches = solution->patches,
                 .elements = solution->elements,
                 .channels = solution->channel_count};
     size_t n = e.channels;
+    hpr_status status = reflect(&e);
+    if (status != HPR_OK)
+        goto done;
     sum_local_terms(&e, outside);
-    hpr_status status = prepare(&e);
+    status = prepare(&e);
     if (status != HPR_OK)
         goto done;
 #pragma omp parallel for schedule(dynamic, 1) num_threads(hpr_context_threads(ctx))
@@ -351,5 +383,6 @@ done:
     hpr_visibility_destroy(&e.visibility);
     hpr_release(ctx, e.shaded);
     hpr_release(ctx, e.lost);
+    hpr_release(ctx, e.reflected);
     return status;
 }

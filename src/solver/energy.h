@@ -3,6 +3,7 @@
 #define HPR_SOLVER_ENERGY_H
 
 #include "link/coverage.h"
+#include "solver/mass.h"
 #include "solver/solution.h"
 
 /*
@@ -15,6 +16,7 @@
  * adaptive, 1e-11 of what comes in; from the others f is sampled by stratified rays. Errors:
  * HPR_ERR_MEMORY, HPR_ERR_DEVICE, HPR_ERR_INTERRUPTED.
  */
-hpr_status hpr_energy_compute(hpr_solution *solution, const hpr_coverage *coverage, const double *outside);
+hpr_status hpr_energy_compute(hpr_solution *solution, const hpr_coverage *coverage, const hpr_mass *mass,
+                              const double *outside);
 
 #endif

@@ -5,6 +5,7 @@
 
 #include "link/coverage.h"
 #include "link/links.h"
+#include "solver/mass.h"
 
 #include <hprad/solve.h>
 
@@ -14,8 +15,8 @@ typedef struct hpr_linear_problem {
     const hpr_links *links;
     size_t channel_count;
     const hpr_coverage *coverage;
-    const double *direct;      /* [channel_count][dofs] moments of D, what comes straight from emitters */
-    const double *reflectance; /* [patches][channel_count] */
+    const double *direct; /* [channel_count][dofs] moments of D, what comes straight from emitters */
+    const hpr_mass *mass; /* rho; has as many channels or more, of which the first are taken */
     hpr_solver_method method;
     double tolerance; /* on the estimated relative error of H: the worst channel's */
     int max_sweeps;

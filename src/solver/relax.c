@@ -30,16 +30,14 @@ void hpr_relaxation_fini(hpr_relaxation *r)
     hpr_release(r->context, r->fresh);
 }
 
-/* reflected = rho x on a patch. */
-static void reflect(hpr_relaxation *r, size_t patch, const double *x)
+void hpr_relaxation_reflect(hpr_relaxation *r, size_t patch, const double *x)
 {
-    const hpr_linear_problem *p = r->problem;
     const hpr_elements *e = r->elements;
-    size_t first = e->dof[e->patch_leaf[patch]], end = e->dof[e->patch_leaf[patch + 1]];
-    for (size_t c = 0; c < p->channel_count; c++) {
-        double rho = p->reflectance[p->channel_count * patch + c];
-        for (size_t i = c * r->dofs + first; i < c * r->dofs + end; i++)
-            r->reflected[i] = rho * x[i];
+    for (size_t c = 0; c < r->problem->channel_count; c++) {
+        for (size_t leaf = e->patch_leaf[patch]; leaf < e->patch_leaf[patch + 1]; leaf++) {
+            size_t first = c * r->dofs + e->dof[leaf];
+            hpr_mass_reflect(r->problem->mass, leaf, c, 1, x + first, r->reflected + first);
+        }
     }
 }
 
@@ -98,13 +96,13 @@ double hpr_relaxation_sweep(hpr_relaxation *r, double *x, bool source)
 {
     size_t patches = r->elements->patch_count;
     for (size_t patch = 0; patch < patches; patch++) {
-        reflect(r, patch, x);
+        hpr_relaxation_reflect(r, patch, x);
         hpr_operator_send(r->op, patch, r->reflected);
     }
     for (size_t patch = 0; patch < patches; patch++) {
         hpr_operator_receive(r->op, patch, r->fresh);
         finish_patch(r, patch, x, source, true);
-        reflect(r, patch, x);
+        hpr_relaxation_reflect(r, patch, x);
         hpr_operator_send(r->op, patch, r->reflected);
     }
     return relative_change(r);
@@ -114,7 +112,7 @@ double hpr_relaxation_gather(hpr_relaxation *r, double *x, bool update)
 {
     size_t patches = r->elements->patch_count;
     for (size_t patch = 0; patch < patches; patch++)
-        reflect(r, patch, x);
+        hpr_relaxation_reflect(r, patch, x);
     hpr_operator_apply(r->op, r->reflected, r->fresh);
     for (size_t patch = 0; patch < patches; patch++)
         finish_patch(r, patch, x, true, update);

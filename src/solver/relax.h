@@ -19,6 +19,9 @@ typedef struct hpr_relaxation {
 hpr_status hpr_relaxation_init(hpr_relaxation *relaxation, hpr_linear_problem *problem);
 void hpr_relaxation_fini(hpr_relaxation *relaxation);
 
+/* reflected = rho x on a patch. */
+void hpr_relaxation_reflect(hpr_relaxation *relaxation, size_t patch, const double *x);
+
 /*
  * One sweep in place: patch after patch, x = P (D + K rho x), P the projection to open parts; source false:
  * without D. One block is one patch: its leaves do not see each other. x [channels][dofs]. Returns the

@@ -78,9 +78,12 @@ static hpr_status gather(measuring *m, double tolerance)
     hpr_status status = hpr_allocate_into(ctx, &radiosity, n * dofs, sizeof(double), "the error estimate");
     for (size_t leaf = 0; status == HPR_OK && leaf < e->leaf_count; leaf++) {
         uint32_t node = e->leaf[leaf];
-        for (size_t k = n * e->dof[leaf]; k < n * e->dof[leaf + 1]; k++)
-            radiosity[k % n * dofs + k / n] =
-                patches->reflectance[n * e->patch[node] + k % n] * solution->irradiance[k];
+        for (size_t c = 0; c < n; c++) {
+            double h[HPR_MAX_BASIS];
+            for (size_t k = e->dof[leaf]; k < e->dof[leaf + 1]; k++)
+                h[k - e->dof[leaf]] = solution->irradiance[n * k + c];
+            hpr_mass_reflect(&m->transport->mass, leaf, c, 1, h, radiosity + c * dofs + e->dof[leaf]);
+        }
         for (size_t c = 0; solution->summary.direct == HPR_DIRECT_GALERKIN && c < n; c++)
             radiosity[c * dofs + e->dof[leaf]] +=
                 sqrt(e->area_m2[node]) * patches->exitance[n * e->patch[node] + c];

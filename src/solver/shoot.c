@@ -11,16 +11,17 @@ typedef struct shooter {
     bool *reached;  /* [patches] by the last shot */
 } shooter;
 
+/* Leaves rho u of the patch in reflected. */
 static double patch_power(const shooter *s, size_t patch)
 {
     const hpr_elements *e = s->r->elements;
     size_t n = s->p->channel_count, first = e->dof[e->patch_leaf[patch]],
            end = e->dof[e->patch_leaf[patch + 1]];
     double sum2 = 0;
+    hpr_relaxation_reflect(s->r, patch, s->unshot);
     for (size_t c = 0; c < n; c++) {
-        double rho = s->p->reflectance[n * patch + c];
         for (size_t i = c * s->r->dofs + first; i < c * s->r->dofs + end; i++)
-            sum2 += rho * s->unshot[i] * rho * s->unshot[i];
+            sum2 += s->r->reflected[i] * s->r->reflected[i];
     }
     return sqrt(sum2);
 }
@@ -56,12 +57,9 @@ static void shoot_from(shooter *s, size_t patch)
     const hpr_elements *e = r->elements;
     size_t n = s->p->channel_count, first = e->dof[e->patch_leaf[patch]],
            end = e->dof[e->patch_leaf[patch + 1]];
-    for (size_t c = 0; c < n; c++) {
-        for (size_t i = c * r->dofs + first; i < c * r->dofs + end; i++) {
-            r->reflected[i] = s->p->reflectance[n * patch + c] * s->unshot[i];
-            s->unshot[i] = 0;
-        }
-    }
+    hpr_relaxation_reflect(r, patch, s->unshot);
+    for (size_t c = 0; c < n; c++)
+        memset(s->unshot + c * r->dofs + first, 0, (end - first) * sizeof *s->unshot);
     hpr_operator_send(r->op, patch, r->reflected);
     memset(s->reached, 0, e->patch_count * sizeof *s->reached);
     for (uint32_t i = tree->first[patch]; i < tree->first[patch + 1]; i++)
@@ -105,8 +103,8 @@ static void iterate(shooter *s, hpr_iteration *it)
 {
     hpr_linear_problem *p = s->p;
     double reflectance = 0, norm2 = 0, first, rest;
-    for (size_t i = 0; i < p->patches->count * p->channel_count; i++)
-        reflectance = fmax(reflectance, p->reflectance[i]);
+    for (size_t i = 0; i < p->patches->count * p->patches->channel_count; i++)
+        reflectance = fmax(reflectance, p->patches->reflectance[i]);
     for (size_t i = 0; i < p->channel_count * s->r->dofs; i++)
         norm2 += p->irradiance[i] * p->irradiance[i];
     size_t patch = brightest(s, &first);

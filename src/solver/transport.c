@@ -2,6 +2,7 @@
 
 #include "direct/direct.h"
 #include "link/direct_moments.h"
+#include "patch/paint.h"
 #include "solver/energy.h"
 #include "solver/linear.h"
 #include "solver/operator.h"
@@ -20,24 +21,15 @@ static bool channels_agree(const hpr_solution *solution)
     }
     for (size_t i = 0; i < patches->count * n; i++) {
         size_t first = i - i % n;
-        if (patches->exitance[i] != patches->exitance[first] ||
-            patches->reflectance[i] != patches->reflectance[first])
+        if (patches->exitance[i] != patches->exitance[first])
             return false;
     }
-    return true;
+    return hpr_patches_are_grey(patches);
 }
 
 size_t hpr_solution_distinct_channels(const hpr_solution *solution)
 {
     return channels_agree(solution) ? 1 : solution->channel_count;
-}
-
-/* The first to_channels of each row of a table [count][from_channels]. */
-static void take_channels(double *to, size_t to_channels, const double *from, size_t from_channels,
-                          size_t count)
-{
-    for (size_t i = 0; i < count; i++)
-        memcpy(to + i * to_channels, from + i * from_channels, to_channels * sizeof *to);
 }
 
 /* Solves as many channels as differ. direct: [channels][dofs] */
@@ -48,23 +40,19 @@ static hpr_status solve_system(hpr_solution *solution, const hpr_transport *t, d
     const hpr_solve_options *options = &solution->summary.options;
     size_t n = solution->channel_count, dofs = solution->summary.dof_count;
     size_t solved = hpr_solution_distinct_channels(solution);
-    double *reflectance = NULL;
     hpr_linear_problem problem = {.patches = patches,
                                   .links = t->links,
                                   .channel_count = solved,
                                   .coverage = t->coverage,
                                   .direct = t->direct,
+                                  .mass = &t->mass,
                                   .method = options->solver,
                                   .tolerance = tolerance,
                                   .max_sweeps = options->max_sweeps};
     hpr_status status =
-        hpr_allocate_into(ctx, &reflectance, patches->count * solved, sizeof(double), "the solver");
-    if (status == HPR_OK)
-        status = hpr_allocate_into(ctx, &problem.irradiance, dofs * solved, sizeof(double), "the solver");
+        hpr_allocate_into(ctx, &problem.irradiance, dofs * solved, sizeof(double), "the solver");
     if (status == HPR_OK) {
-        take_channels(reflectance, solved, patches->reflectance, n, patches->count);
         memcpy(problem.irradiance, t->direct, dofs * solved * sizeof *t->direct);
-        problem.reflectance = reflectance;
         status = hpr_linear_solve(&problem);
         for (size_t i = 0; i < n * dofs; i++)
             solution->irradiance[i] = problem.irradiance[(solved == 1 ? 0 : i % n) * dofs + i / n];
@@ -73,7 +61,6 @@ static hpr_status solve_system(hpr_solution *solution, const hpr_transport *t, d
     solution->summary.solver = (int)problem.used;
     solution->summary.sweeps = problem.sweeps;
     solution->summary.residual = problem.residual;
-    hpr_release(ctx, reflectance);
     hpr_release(ctx, problem.irradiance);
     return status;
 }
@@ -210,6 +197,8 @@ hpr_status hpr_transport_solve(hpr_solution *solution, const hpr_transport_deman
     hpr_stage_begin(ctx, "assembly");
     hpr_status status = hpr_coverage_create(solution->patches, solution->elements, &t->coverage);
     if (status == HPR_OK)
+        status = hpr_mass_init(solution->patches, solution->elements, t->coverage, &t->mass);
+    if (status == HPR_OK)
         status = link_up(solution, t->coverage, demand, false, &t->links);
     hpr_stage_end(ctx);
     if (status == HPR_OK) {
@@ -234,7 +223,7 @@ hpr_status hpr_transport_finish(hpr_solution *solution, const hpr_transport *t)
 {
     size_t n = solution->channel_count, dofs = solution->summary.dof_count;
     hpr_stage_begin(solution->context, "energy");
-    hpr_status status = hpr_energy_compute(solution, t->coverage, t->outside);
+    hpr_status status = hpr_energy_compute(solution, t->coverage, &t->mass, t->outside);
     hpr_stage_end(solution->context);
     for (size_t i = 0; status == HPR_OK && i < n * dofs; i++)
         solution->irradiance[i] -= t->direct[i % n * dofs + i / n];
@@ -256,6 +245,7 @@ void hpr_transport_fini(hpr_transport *t)
     hpr_context *ctx = hpr_coverage_patches(t->coverage)->context;
     hpr_release(ctx, t->direct);
     hpr_release(ctx, t->outside);
+    hpr_mass_fini(&t->mass);
     hpr_links_destroy(&t->links);
     hpr_coverage_destroy(&t->coverage);
 }

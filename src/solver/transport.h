@@ -4,6 +4,7 @@
 
 #include "link/coverage.h"
 #include "link/links.h"
+#include "solver/mass.h"
 #include "solver/solution.h"
 
 /* How exact its parts are; relative. */
@@ -17,6 +18,7 @@ typedef struct hpr_transport_demand {
 typedef struct hpr_transport {
     hpr_coverage *coverage;
     hpr_links *links;
+    hpr_mass mass;
     double *direct;  /* [channels][dofs] coefficients of what is evaluated at points: D, or the like */
     double *outside; /* [dofs] moments of V, the open part of the view */
 } hpr_transport;

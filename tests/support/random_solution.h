@@ -4,6 +4,7 @@
 
 #include "io/solution_format.h"
 #include "io_support.h"
+#include "patch/paint.h"
 #include "shapes.h"
 #include "solver/solution.h"
 
@@ -19,6 +20,22 @@ static inline void *array_of(hpr_context *ctx, size_t count, size_t bytes)
     void *array = hpr_allocate(ctx, count, bytes);
     assert_non_null(array);
     return array;
+}
+
+/* A texture of 3 x 2 texels on patch 5. */
+static inline void add_paint(hpr_patches *p)
+{
+    float texel[6 * 8];
+    for (size_t i = 0; i < 6 * p->channel_count; i++)
+        texel[i] = (float)i / 48;
+    const hpr_texture texture = {.width = 3, .height = 2, .wrap = {HPR_WRAP_MIRROR}, .texel = texel};
+    assert_true(p->channel_count <= 8);
+    assert_int_equal(hpr_paint_create(p, 1, &texture), HPR_OK);
+    p->paint->of_patch[5] = 0;
+    for (size_t k = 0; k < 6; k++)
+        p->paint->map[6 * 5 + k] = 0.1 * (double)k - 0.2;
+    for (size_t k = 0; k < 3 * p->channel_count; k++)
+        p->paint->tint[3 * p->channel_count * 5 + k] = 0.05 * (double)k;
 }
 
 static inline hpr_patches *random_patches(hpr_context *ctx, uint64_t *seed, size_t channels)
@@ -54,6 +71,7 @@ static inline hpr_patches *random_patches(hpr_context *ctx, uint64_t *seed, size
     p->degenerate_count = 3;
     p->duplicate_count = 5;
     p->weld_m = 1.25e-7;
+    add_paint(p);
     return p;
 }
 

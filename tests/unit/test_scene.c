@@ -450,8 +450,14 @@ static hpr_status build_scene(hpr_context *ctx, void *data)
     (void)data;
     hpr_scene *scene = NULL;
     hpr_status status = hpr_scene_create(ctx, "room.gltf", 2, TEXTS("a", "b"), &scene);
+    uint32_t texture = 0;
+    if (status == HPR_OK)
+        status = hpr_scene_add_texture(
+            scene, &(hpr_texture){.width = 1, .height = 1, .texel = (float[]){1, 0}}, &texture);
     for (int i = 0; status == HPR_OK && i < 20; i++) {
         hpr_mesh mesh = square_mesh();
+        mesh.factor = grey;
+        mesh.texture = texture;
         status = hpr_scene_add_material(scene, "m", grey, dark, false, &mesh.material);
         if (status == HPR_OK)
             status = hpr_scene_add_mesh(scene, &mesh);
@@ -467,9 +473,9 @@ static void a_scene_survives_without_memory(void **state)
 {
     (void)state;
     size_t allocations = sweep_allocations(build_scene, NULL, 1);
-    /* context, scene, path, environment, channel names 1 + 2; 60 names; 3 + 4 + 3 + 1 arrays that grow twice,
-     * and 3 of vertices (80 of them) that grow four times: 16, 32, 64, 128 */
-    assert_int_equal(allocations, 7 + 60 + 2 * 11 + 4 * 3);
+    /* context, scene, path, environment, channel names 1 + 2; a texture and its texels; 60 names; 3 + 6 + 3 +
+     * 1 arrays that grow twice, and 3 of vertices (80 of them) that grow four times: 16, 32, 64, 128 */
+    assert_int_equal(allocations, 7 + 2 + 60 + 2 * 13 + 4 * 3);
 }
 
 static void a_refused_mesh_leaves_the_scene_as_it_was(void **state)
@@ -493,6 +499,53 @@ static void a_refused_mesh_leaves_the_scene_as_it_was(void **state)
     assert_int_equal(hpr_scene_add_mesh(f->scene, &mesh), HPR_OK);
     assert_int_equal(f->scene->mesh_count, 2);
     assert_memory_equal(f->scene->position + 12, square, sizeof square);
+}
+
+/* Rows 0, 0.5 and 1, 0.25: what (u,v) shows in every wrap mode, between texel centres or not. */
+static void a_texture_is_sampled_as_its_sampler_says(void **state)
+{
+    (void)state;
+    float texel[] = {0, 0.5F, 1, 0.25F};
+    static const struct {
+        hpr_wrap wrap;
+        uint8_t nearest;
+        double u, v, value;
+    } cases[] = {
+        {HPR_WRAP_REPEAT, 1, 0.3, 0.3, 0},      {HPR_WRAP_REPEAT, 1, -0.3, 0.3, 0.5},
+        {HPR_WRAP_MIRROR, 1, -0.3, 0.3, 0},     {HPR_WRAP_CLAMP, 1, 7.3, 0.9, 0.25},
+        {HPR_WRAP_REPEAT, 1, 1e15, 0.6, 1},     {HPR_WRAP_REPEAT, 0, 0.25, 0.25, 0},
+        {HPR_WRAP_REPEAT, 0, 0.5, 0.5, 0.4375}, {HPR_WRAP_REPEAT, 0, 0, 0.25, 0.25},
+        {HPR_WRAP_MIRROR, 0, 0, 0.25, 0},       {HPR_WRAP_CLAMP, 0, -1, 0.75, 1},
+        {HPR_WRAP_CLAMP, 0, 0.375, 2, 0.8125},  {HPR_WRAP_MIRROR, 0, 1.75, 0.75, 1},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        uint8_t wrap = (uint8_t)cases[i].wrap;
+        const hpr_texture t = {2, 2, {wrap, wrap}, cases[i].nearest, texel};
+        double value;
+        hpr_texture_sample(&t, 1, cases[i].u, cases[i].v, &value);
+        if (value != cases[i].value)
+            fail_msg("case %zu: %.17g, expected %.17g", i, value, cases[i].value);
+    }
+}
+
+/* Means and factor keep their ratio; a mesh whose whitest point is below the limit stays as it is. */
+static void a_texture_is_limited_as_a_whole(void **state)
+{
+    fixture *f = *state;
+    hpr_mesh mesh = square_mesh();
+    const double factor[3] = {1, 0.5, 0.5}, mean[3] = {0.4, 0.2, 0.2};
+    float texel[6] = {0, 0, 0, 0.8F, 0.8F, 0.8F};
+    const hpr_texture texture = {.width = 2, .height = 1, .texel = texel};
+    mesh.factor = factor;
+    mesh.face_reflectance = mean;
+    assert_int_equal(hpr_scene_add_texture(f->scene, &texture, &mesh.texture), HPR_OK);
+    assert_int_equal(hpr_scene_add_mesh(f->scene, &mesh), HPR_OK);
+    assert_int_equal(hpr_scene_limit_reflectance(f->scene, 0.9), HPR_OK);
+    assert_true(f->scene->mesh_factor[0] == 1 && f->scene->face_reflectance[0] == 0.4);
+    assert_int_equal(hpr_scene_limit_reflectance(f->scene, 0.4), HPR_OK);
+    assert_true(fabs(f->scene->mesh_factor[0] - 0.5) < 1e-7); /* 0.8 is a float */
+    assert_true(fabs(f->scene->mesh_factor[2] - 0.25) < 1e-7);
+    assert_true(fabs(f->scene->face_reflectance[0] - 0.2) < 1e-7);
 }
 
 #define SCENE_TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
@@ -519,6 +572,8 @@ int main(void)
         SCENE_TEST(a_bad_environment_is_refused),
         SCENE_TEST(bounds_are_those_of_the_faces),
         SCENE_TEST(many_things_fit),
+        cmocka_unit_test(a_texture_is_sampled_as_its_sampler_says),
+        SCENE_TEST(a_texture_is_limited_as_a_whole),
         SCENE_TEST(a_refused_mesh_leaves_the_scene_as_it_was),
         cmocka_unit_test(a_scene_survives_without_memory),
     };

@@ -15,6 +15,25 @@ static void assert_same_column(const hpr_column *a, const hpr_column *b)
         fail_msg("%s.%s differs", a->group, a->key);
 }
 
+static void assert_same_paint(const hpr_patches *a, const hpr_patches *b)
+{
+    const hpr_paint *p = a->paint, *q = b->paint;
+    assert_true((p == NULL) == (q == NULL));
+    if (!p)
+        return;
+    size_t n = a->channel_count;
+    assert_int_equal(p->texture_count, q->texture_count);
+    for (size_t i = 0; i < p->texture_count; i++) {
+        const hpr_texture *s = &p->texture[i], *t = &q->texture[i];
+        assert_true(s->width == t->width && s->height == t->height && s->nearest == t->nearest);
+        assert_memory_equal(s->wrap, t->wrap, sizeof s->wrap);
+        assert_memory_equal(s->texel, t->texel, n * s->width * s->height * sizeof *s->texel);
+    }
+    assert_memory_equal(p->of_patch, q->of_patch, a->count * sizeof *p->of_patch);
+    assert_memory_equal(p->map, q->map, 6 * a->count * sizeof *p->map);
+    assert_memory_equal(p->tint, q->tint, 3 * n * a->count * sizeof *p->tint);
+}
+
 static void assert_same(hpr_solution *a, hpr_solution *b)
 {
     const hpr_elements *e = a->elements, *f = b->elements;
@@ -28,6 +47,7 @@ static void assert_same(hpr_solution *a, hpr_solution *b)
     assert_int_equal(f->patch_count, e->patch_count);
     for (size_t i = 0; i < HPR_COLUMN_COUNT; i++)
         assert_same_column(x + i, y + i);
+    assert_same_paint(a->patches, b->patches);
     assert_memory_equal(e->leaf_of_node, f->leaf_of_node, e->node_count * sizeof(uint32_t));
     assert_memory_equal(e->patch_leaf, f->patch_leaf, (e->patch_count + 1) * sizeof(uint32_t));
     assert_string_equal(a->scene_name, b->scene_name);

@@ -49,6 +49,10 @@ typedef struct hpr_block_task {
     int recv_part_count, send_part_count;
 } hpr_block_task;
 
+/* Gives the pair the task's blockers, moved as it is (the receiver's origin to 0) and in its unit of length,
+ * `scale` of them to a metre; outline [blocker_count] is filled and borrowed. */
+void hpr_block_set_blockers(const hpr_block_task *task, double scale, hpr_pair *pair, hpr_convex *outline);
+
 typedef enum hpr_block_status {
     HPR_BLOCK_WITHIN,  /* the estimated error is within the tolerance */
     HPR_BLOCK_ROUNDED, /* only with what rounding may do to the coordinates, most of the error, it is not */

@@ -275,17 +275,16 @@ static double first_value(const hpr_element_frame *frame)
     return 1 / (sqrt(frame->area_m2) * hpr_frame_scale(frame));
 }
 
-/* The blockers as polygons, moved like the pair. */
-static void set_blockers(const hpr_block_task *task, double scale, hpr_pair *pair, hpr_convex *blocker)
+void hpr_block_set_blockers(const hpr_block_task *task, double scale, hpr_pair *pair, hpr_convex *outline)
 {
-    const hpr_convex *outline = hpr_visibility_outlines(task->visibility);
+    const hpr_convex *all = hpr_visibility_outlines(task->visibility);
     for (size_t i = 0; i < task->blocker_count; i++) {
-        const hpr_convex *whole = &outline[task->blockers[i]];
-        blocker[i].count = whole->count;
+        const hpr_convex *whole = &all[task->blockers[i]];
+        outline[i].count = whole->count;
         for (int k = 0; k < whole->count; k++)
-            blocker[i].corner[k] = hpr_scale(hpr_sub(whole->corner[k], task->recv.origin), scale);
+            outline[i].corner[k] = hpr_scale(hpr_sub(whole->corner[k], task->recv.origin), scale);
     }
-    pair->blocker = blocker;
+    pair->blocker = outline;
     pair->blocker_count = (int)task->blocker_count;
 }
 
@@ -330,7 +329,7 @@ static hpr_rule_demand prepare(evaluation *e, hpr_pair *pair)
         /* parts are many cells, each with nodes of its own */
         demand.least_nodes = parts ? 2 : degree > 1 ? degree + 2 : 3;
     } else if (task->blocker_count)
-        set_blockers(task, e->scale, pair, e->scratch->blocker);
+        hpr_block_set_blockers(task, e->scale, pair, e->scratch->blocker);
     pair->recv_part = task->recv_part;
     pair->send_part = task->send_part;
     pair->recv_part_count = task->recv_part_count;

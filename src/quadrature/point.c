@@ -94,19 +94,6 @@ static hpr_rule clipped_rule(const hpr_block_task *task, const double at[2], con
                       .tolerance = task->tolerance};
 }
 
-static void set_blockers(const hpr_block_task *task, hpr_point_scratch *scratch, hpr_pair *pair)
-{
-    const hpr_convex *outline = hpr_visibility_outlines(task->visibility);
-    for (size_t i = 0; i < task->blocker_count; i++) {
-        const hpr_convex *whole = &outline[task->blockers[i]];
-        scratch->blocker[i].count = whole->count;
-        for (int k = 0; k < whole->count; k++)
-            scratch->blocker[i].corner[k] = hpr_sub(whole->corner[k], task->recv.origin);
-    }
-    pair->blocker = scratch->blocker;
-    pair->blocker_count = (int)task->blocker_count;
-}
-
 void hpr_point_gather(const hpr_block_task *task, double s, double t, double *row, hpr_point_scratch *scratch,
                       hpr_block_result *result)
 {
@@ -122,7 +109,7 @@ void hpr_point_gather(const hpr_block_task *task, double s, double t, double *ro
         return;
     bool clip = task->blocker_count > 0 && task->blocker_count <= HPR_CLIP_BLOCKERS;
     if (clip)
-        set_blockers(task, scratch, &pair);
+        hpr_block_set_blockers(task, 1, &pair, scratch->blocker);
     arrival a = {.task = task,
                  .at = {s, t},
                  .factor = hpr_frame_jacobian(send) * hpr_frame_scale(send) / 3.14159265358979323846 *

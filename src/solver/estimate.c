@@ -4,34 +4,30 @@
 
 #include <math.h>
 
-static hpr_status allocate(const hpr_solution *solution, hpr_estimate *s)
+/* What it is made from. */
+typedef struct field {
+    double *indirect; /* [dofs][channels] what the basis carries */
+    double *norm2;    /* [channels] of the whole H */
+} field;
+
+static hpr_status find_field(const hpr_solution *solution, const hpr_transport *light, field *f)
 {
     hpr_context *ctx = solution->context;
-    size_t n = solution->channel_count, dofs = solution->summary.dof_count;
-    hpr_status status = hpr_allocate_into(ctx, &s->indirect, n * dofs, sizeof(double), "the error estimate");
-    if (status == HPR_OK)
-        status = hpr_allocate_into(ctx, &s->indicator, solution->elements->leaf_count, sizeof *s->indicator,
-                                   "the error estimate");
-    if (status == HPR_OK)
-        status = hpr_allocate_into(ctx, &s->norm2, n, sizeof(double), "the error estimate");
-    if (status == HPR_OK)
-        status = hpr_allocate_into(ctx, &s->weight, n, sizeof(double), "the error estimate");
-    return status;
-}
-
-static void find_norms(const hpr_solution *solution, const hpr_transport *light, hpr_estimate *s)
-{
     const hpr_elements *e = solution->elements;
     size_t n = solution->channel_count, dofs = solution->summary.dof_count;
+    hpr_status status = hpr_allocate_into(ctx, &f->indirect, n * dofs, sizeof(double), "the error estimate");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &f->norm2, n, sizeof(double), "the error estimate");
+    if (status != HPR_OK)
+        return status;
     for (size_t leaf = 0; leaf < e->leaf_count; leaf++) {
         double open = hpr_coverage_open_share(light->coverage, leaf);
         for (size_t k = n * e->dof[leaf]; k < n * e->dof[leaf + 1]; k++)
-            s->norm2[k % n] += open * solution->irradiance[k] * solution->irradiance[k];
+            f->norm2[k % n] += open * solution->irradiance[k] * solution->irradiance[k];
     }
-    for (size_t c = 0; c < n; c++)
-        s->weight[c] = s->norm2[c] > 0 ? 1 / s->norm2[c] : 0;
     for (size_t i = 0; i < n * dofs; i++)
-        s->indirect[i] = solution->irradiance[i] - light->direct[i % n * dofs + i / n];
+        f->indirect[i] = solution->irradiance[i] - light->direct[i % n * dofs + i / n];
+    return HPR_OK;
 }
 
 static double sum_error(const hpr_solution *solution, const hpr_indicator *indicator)
@@ -43,11 +39,11 @@ static double sum_error(const hpr_solution *solution, const hpr_indicator *indic
 }
 
 /* What each leaf leaves out: its share, by the indicator, of the estimated error. */
-static void spread_error(hpr_solution *solution, const hpr_estimate *s)
+static void spread_error(hpr_solution *solution, const hpr_estimate *s, const double *channel_norm2)
 {
     double norm2 = 0;
     for (size_t c = 0; c < solution->channel_count; c++)
-        norm2 = fmax(norm2, s->norm2[c]);
+        norm2 = fmax(norm2, channel_norm2[c]);
     double factor =
         s->indicated > 0 ? solution->summary.error_parts.discretisation / s->indicated * sqrt(norm2) : 0;
     for (size_t leaf = 0; leaf < solution->elements->leaf_count; leaf++)
@@ -59,16 +55,15 @@ static void spread_error(hpr_solution *solution, const hpr_estimate *s)
  * scenes tried the true error was 0.9 to 2 times the residual. Links and solver add what they leave out.
  */
 static hpr_status measure(hpr_solution *solution, const hpr_transport *light, double tolerance,
-                          hpr_estimate *s)
+                          const field *f, hpr_estimate *s)
 {
     enum { SPOTS = 256 };
     static const double margin = 2, spot_part = 0.01, tightest = 1e-13;
     hpr_solve_summary *summary = &solution->summary;
     hpr_residual residual;
-    find_norms(solution, light, s);
-    hpr_indicate(solution, light->coverage, s->indirect, s->weight, s->indicator);
+    hpr_indicate(solution, light->coverage, f->indirect, f->norm2, s->indicator);
     hpr_status status =
-        hpr_residual_measure(solution, light, s->indirect, s->norm2, fmax(spot_part * tolerance, tightest),
+        hpr_residual_measure(solution, light, f->indirect, f->norm2, fmax(spot_part * tolerance, tightest),
                              SPOTS, s->indicator, &residual);
     if (status != HPR_OK)
         return status;
@@ -79,26 +74,32 @@ static hpr_status measure(hpr_solution *solution, const hpr_transport *light, do
     parts->solver = summary->residual;
     summary->error_estimate = parts->discretisation + parts->links + parts->visibility + parts->solver;
     s->indicated = sum_error(solution, s->indicator);
-    spread_error(solution, s);
+    spread_error(solution, s, f->norm2);
     return HPR_OK;
 }
 
 hpr_status hpr_estimate_init(hpr_solution *solution, const hpr_transport *transport, double tolerance,
                              hpr_estimate *estimate)
 {
-    *estimate = (hpr_estimate){.context = solution->context};
-    hpr_stage_begin(solution->context, "error estimate");
-    hpr_status status = allocate(solution, estimate);
+    hpr_context *ctx = solution->context;
+    field f = {0};
+    *estimate = (hpr_estimate){.context = ctx};
+    hpr_stage_begin(ctx, "error estimate");
+    hpr_status status = find_field(solution, transport, &f);
     if (status == HPR_OK)
-        status = measure(solution, transport, tolerance, estimate);
-    hpr_stage_end(solution->context);
+        status = hpr_allocate_into(ctx, &estimate->indicator, solution->elements->leaf_count,
+                                   sizeof *estimate->indicator, "the error estimate");
+    if (status == HPR_OK)
+        status = measure(solution, transport, tolerance, &f, estimate);
+    hpr_release(ctx, f.indirect);
+    hpr_release(ctx, f.norm2);
+    hpr_stage_end(ctx);
     return status;
 }
 
 void hpr_estimate_fini(hpr_estimate *estimate)
 {
-    void *arrays[] = {estimate->indirect, estimate->indicator, estimate->norm2, estimate->weight};
-    for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
-        hpr_release(estimate->context, arrays[i]);
+    if (estimate->context)
+        hpr_release(estimate->context, estimate->indicator);
     *estimate = (hpr_estimate){0};
 }

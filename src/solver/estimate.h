@@ -9,16 +9,14 @@ typedef struct hpr_estimate {
     hpr_context *context;
     hpr_indicator *indicator; /* [leaf_count] where it comes from */
     double indicated;         /* root of the sum of the indicator's error2 */
-    double *indirect;         /* [dofs][channels] what the basis carries */
-    double *norm2, *weight;   /* [channels] of the whole H, and 1 / norm2 */
 } hpr_estimate;
 
 /*
  * Fills summary.error_estimate and error_parts of a solution that hpr_transport_solve has made, and its error
  * per element: the element's share, by the indicator, of what the elements leave out. tolerance: of the
  * irradiance, relative; the integrals are a hundred times as exact. estimate: to be closed by
- * hpr_estimate_fini, also after a failure. Stage "error estimate". Same bits for any thread count. Errors:
- * HPR_ERR_MEMORY, HPR_ERR_DEVICE, HPR_ERR_INTERRUPTED.
+ * hpr_estimate_fini, also after a failure, or if it is all zero. Stage "error estimate". Same bits for any
+ * thread count. Errors: HPR_ERR_MEMORY, HPR_ERR_DEVICE, HPR_ERR_INTERRUPTED.
  */
 hpr_status hpr_estimate_init(hpr_solution *solution, const hpr_transport *transport, double tolerance,
                              hpr_estimate *estimate);

@@ -54,15 +54,15 @@ static double fall(const double *square, int degree)
     static const double slowest = 0.85, fastest = 0.02;
     if (degree < 2)
         return slowest;
-    int pair = degree >= 4 ? 2 : 1, apart = degree >= 4 ? 2 : 1;
+    int bands = degree >= 4 ? 2 : 1; /* in each of two groups */
     double last = 0, before = 0;
-    for (int k = 0; k < pair; k++) {
+    for (int k = 0; k < bands; k++) {
         last += square[degree - k];
-        before += square[degree - apart - k];
+        before += square[degree - bands - k];
     }
     if (!(before > 0))
         return last > 0 ? slowest : fastest;
-    return fmin(fmax(pow(last / before, 0.5 / apart), fastest), slowest);
+    return fmin(fmax(pow(last / before, 0.5 / bands), fastest), slowest);
 }
 
 /* What follows the last two bands, relative to their sum: sum_{m>p} q^2m / (q^2p + q^2(p-1)). */
@@ -72,8 +72,8 @@ static double tail(double q)
     return q4 / (1 - q4);
 }
 
-void hpr_indicate(hpr_solution *solution, const hpr_coverage *coverage, const double *indirect,
-                  const double *weight, hpr_indicator *indicator)
+void hpr_indicate(const hpr_solution *solution, const hpr_coverage *coverage, const double *indirect,
+                  const double *norm2, hpr_indicator *indicator)
 {
     const hpr_elements *e = solution->elements;
     size_t n = solution->channel_count;
@@ -84,7 +84,8 @@ void hpr_indicate(hpr_solution *solution, const hpr_coverage *coverage, const do
         double open = hpr_coverage_open_share(coverage, leaf);
         bands all = {.degree = e->degree[node]};
         for (size_t c = 0; c < n; c++)
-            add_channel(shape, indirect + n * e->dof[leaf] + c, count, n, weight[c], &all);
+            add_channel(shape, indirect + n * e->dof[leaf] + c, count, n, norm2[c] > 0 ? 1 / norm2[c] : 0,
+                        &all);
         indicator[leaf] = (hpr_indicator){{0, 0}, {0, 0}};
         for (int axis = 0; axis < axes(shape); axis++) {
             double q = indicator[leaf].ratio[axis] = fall(all.square[axis], all.degree);

@@ -17,11 +17,11 @@ typedef struct hpr_indicator {
 } hpr_indicator;
 
 /*
- * indirect: [dofs][channels] coefficients of what the basis carries; weight [channels]: error2 is the sum
- * over channels of weight times (W/m2 m)2. indicator [leaf_count]. Below degree 2 the coefficients tell
- * little: error2 then is an upper bound.
+ * indirect: [dofs][channels] coefficients of what the basis carries; norm2 [channels] square of the norm of
+ * H: error2 is relative to it, summed over channels. indicator [leaf_count]. Below degree 2 the coefficients
+ * tell little: error2 then is an upper bound.
  */
-void hpr_indicate(hpr_solution *solution, const hpr_coverage *coverage, const double *indirect,
-                  const double *weight, hpr_indicator *indicator);
+void hpr_indicate(const hpr_solution *solution, const hpr_coverage *coverage, const double *indirect,
+                  const double *norm2, hpr_indicator *indicator);
 
 #endif

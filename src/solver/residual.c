@@ -17,7 +17,7 @@ typedef struct measuring {
     size_t count;
     hpr_spot *spot;     /* [count] */
     double *weight;     /* [count] 1 / density, square metres */
-    double *irradiance; /* [count][channels] H~ - D */
+    double *irradiance; /* [count][channels] H~ - D, and then (H~ - H)2 / density / norm2 */
 } measuring;
 
 static double part_of(const hpr_elements *e, double area, double error2, const hpr_indicator *indicator,
@@ -127,32 +127,36 @@ static hpr_status add_outside(measuring *m)
     return status;
 }
 
-/* H~ - H at a spot, squared, times the inverse density, of one channel. */
-static double square_at(const measuring *m, size_t i, size_t channel)
+/* From H~ to the squares that are summed; channels without light count nothing. */
+static void square_all(measuring *m)
 {
     const hpr_solution *solution = m->solution;
     const hpr_elements *e = solution->elements;
-    size_t leaf = m->spot[i].leaf, n = solution->channel_count;
-    if (!hpr_coverage_open(m->transport->coverage, leaf, m->spot[i].s, m->spot[i].t))
-        return 0;
-    const hpr_element_frame frame = hpr_leaf_frame(solution->patches, e, leaf);
-    double basis[HPR_MAX_BASIS], h = 0;
-    hpr_frame_basis(&frame, m->spot[i].s, m->spot[i].t, basis);
-    for (size_t k = e->dof[leaf]; k < e->dof[leaf + 1]; k++)
-        h += basis[k - e->dof[leaf]] * m->indirect[n * k + channel];
-    double difference = m->irradiance[n * i + channel] - h * hpr_frame_scale(&frame);
-    return m->weight[i] * difference * difference;
+    size_t n = solution->channel_count;
+    for (size_t i = 0; i < m->count; i++) {
+        size_t leaf = m->spot[i].leaf;
+        bool open = hpr_coverage_open(m->transport->coverage, leaf, m->spot[i].s, m->spot[i].t);
+        const hpr_element_frame frame = hpr_leaf_frame(solution->patches, e, leaf);
+        double basis[HPR_MAX_BASIS];
+        hpr_frame_basis(&frame, m->spot[i].s, m->spot[i].t, basis);
+        for (size_t c = 0; c < n; c++) {
+            double h = 0, *value = &m->irradiance[n * i + c];
+            for (size_t k = e->dof[leaf]; k < e->dof[leaf + 1]; k++)
+                h += basis[k - e->dof[leaf]] * m->indirect[n * k + c];
+            double difference = *value - h * hpr_frame_scale(&frame);
+            *value = open && m->norm2[c] > 0 ? m->weight[i] * difference * difference / m->norm2[c] : 0;
+        }
+    }
 }
 
 static hpr_residual sum_up(const measuring *m)
 {
     hpr_residual worst = {0};
-    for (size_t c = 0; c < m->solution->channel_count; c++) {
+    size_t n = m->solution->channel_count;
+    for (size_t c = 0; c < n; c++) {
         double sum = 0, squares = 0, count = (double)m->count;
-        if (!(m->norm2[c] > 0))
-            continue;
         for (size_t i = 0; i < m->count; i++) {
-            double square = square_at(m, i, c) / m->norm2[c];
+            double square = m->irradiance[n * i + c];
             sum += square;
             squares += square * square;
         }
@@ -174,7 +178,7 @@ static void correct_indicator(const measuring *m)
         double sum = 0;
         for (end = first; end < m->count && m->spot[end].leaf == leaf; end++) {
             for (size_t c = 0; c < n; c++)
-                sum += m->norm2[c] > 0 ? square_at(m, end, c) / m->norm2[c] : 0;
+                sum += m->irradiance[n * end + c];
         }
         if (end - first < ENOUGH)
             continue;
@@ -211,6 +215,7 @@ hpr_status hpr_residual_measure(const hpr_solution *solution, const hpr_transpor
     if (status == HPR_OK && hpr_outside_shines(solution))
         status = add_outside(&m);
     if (status == HPR_OK) {
+        square_all(&m);
         *residual = sum_up(&m);
         correct_indicator(&m);
     }

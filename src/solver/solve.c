@@ -92,7 +92,7 @@ static hpr_status transport(hpr_solution *solution, const hpr_solve_options *opt
                                          .direct_tolerance = direct_tolerance,
                                          .solver_tolerance = options->solver_tolerance};
     hpr_transport light;
-    hpr_estimate estimate = {.context = solution->context};
+    hpr_estimate estimate = {0};
     hpr_status status = hpr_transport_solve(solution, &demand, &light);
     if (status == HPR_OK)
         status = hpr_estimate_init(solution, &light, light.links->occluded ? blocked_estimate : open_estimate,

@@ -18,14 +18,12 @@ const char *hpr_refine_name(hpr_refine_mode mode)
 typedef struct step {
     hpr_transport light;
     hpr_estimate estimate;
-    double error; /* estimated, relative */
 } step;
 
 static void close_step(step *s)
 {
     hpr_transport_fini(&s->light);
-    if (s->estimate.context)
-        hpr_estimate_fini(&s->estimate);
+    hpr_estimate_fini(&s->estimate);
 }
 
 hpr_transport_demand hpr_tolerance_demand(const hpr_solve_options *options)
@@ -62,9 +60,8 @@ static hpr_status take_step(hpr_solution *solution, const hpr_transport_demand *
         status = hpr_estimate_init(solution, &s->light, solution->summary.options.tolerance, &s->estimate);
     if (status != HPR_OK)
         return status;
-    s->error = solution->summary.error_estimate;
     hpr_info(solution->context, "%zu elements, %zu coefficients: estimated error %.2e, tolerance %.2e",
-             solution->summary.element_count, solution->summary.dof_count, s->error,
+             solution->summary.element_count, solution->summary.dof_count, solution->summary.error_estimate,
              solution->summary.options.tolerance);
     return status;
 }
@@ -95,7 +92,8 @@ static hpr_status prepare_step(hpr_solution *solution, const hpr_solve_series *s
                                uint32_t count, hpr_refinements *done, bool *last)
 {
     static const double aim = 0.6; /* of the tolerance, for a step that should be the last */
-    double goal = aim * solution->summary.options.tolerance / s->error * s->estimate.indicated;
+    const hpr_solve_summary *summary = &solution->summary;
+    double goal = aim * summary->options.tolerance / summary->error_estimate * s->estimate.indicated;
     size_t before = done->count;
     hpr_status status = hpr_adapt(solution, s->estimate.indicator, goal, count, done);
     *last = done->count == before;
@@ -121,7 +119,7 @@ hpr_status hpr_tolerance_solve(hpr_solution *solution, const hpr_solve_series *s
         step s = {0};
         double step_begun = omp_get_wtime();
         status = take_step(solution, &demand, &s);
-        summary->reached = s.error <= summary->options.tolerance;
+        summary->reached = summary->error_estimate <= summary->options.tolerance;
         summary->steps = (int)count;
         last = summary->reached || count >= MAX_STEPS || !within_limits(summary, begun, step_begun);
         if (status == HPR_OK && !last)

@@ -36,6 +36,9 @@ void hpr_visibility_destroy(hpr_visibility **visibility);
 /* The patches that it was made from. */
 const hpr_patches *hpr_visibility_patches(const hpr_visibility *visibility);
 
+/* Points nearer than this to a plane are in it. */
+double hpr_visibility_slack_m(const hpr_visibility *visibility);
+
 size_t hpr_visibility_occluder_count(const hpr_visibility *visibility);
 
 /* The occluders as polygons in metres, [occluder_count]; valid as long as `visibility` is. */

@@ -197,7 +197,7 @@ static hpr_status make_workers(assembly *a)
         hpr_allocate_into(a->context, &a->workers, (size_t)threads, sizeof *a->workers, "quadrature scratch");
     for (int t = 0; status == HPR_OK && t < threads; t++) {
         worker *w = &a->workers[t];
-        status = hpr_block_scratch_create(a->context, &w->scratch);
+        status = hpr_block_scratch_create_for(a->context, a->degree, &w->scratch);
         if (status == HPR_OK)
             status = hpr_views_cursor_create(a->views, &w->cursor);
         if (status == HPR_OK)
@@ -233,7 +233,10 @@ static void close_workers(assembly *a, hpr_pairs_done *done)
 static hpr_status run(assembly *a, hpr_pairs_done *done)
 {
     *done = (hpr_pairs_done){0};
-    hpr_status status = hpr_visibility_create(a->rows->patches, &a->visibility);
+    hpr_status status = hpr_visibility_create_untraced(a->rows->patches, &a->visibility);
+    /* so few are always clipped */
+    if (status == HPR_OK && hpr_visibility_occluder_count(a->visibility) > HPR_CLIP_BLOCKERS)
+        status = hpr_visibility_prepare_rays(a->visibility);
     if (status == HPR_OK)
         status = hpr_quadrature_create(a->context, &a->quadrature);
     if (status == HPR_OK)

@@ -50,12 +50,6 @@ typedef struct limits {
     double least_height; /* below it rounding of the coordinates would be seen */
 } limits;
 
-/* What is foretold of a receiver and its eight senders. need: nodes, 0 if they do not see each other. */
-typedef struct forecast {
-    double need[HPR_LANES];
-    double error[HPR_FAR_NODES + 1][HPR_LANES]; /* on so many nodes */
-} forecast;
-
 static size_t padded(size_t count)
 {
     return (count + HPR_LANES - 1) / HPR_LANES * HPR_LANES;
@@ -63,7 +57,7 @@ static size_t padded(size_t count)
 
 size_t hpr_constants_scratch(size_t recv_count, size_t send_count)
 {
-    return NUMBERS * padded(recv_count) + (NUMBERS + 4 * POINTS) * padded(send_count);
+    return NUMBERS * padded(recv_count) + (NUMBERS + 4 * POINTS + 2) * padded(send_count);
 }
 
 static size_t first_point(int nodes)
@@ -163,34 +157,37 @@ typedef struct heights {
     double least, most;
 } heights;
 
+HPR_LANES_BODY double height_of(const double *at, size_t stride, double nx, double ny, double nz,
+                                double offset)
+{
+    return nx * at[0] + ny * at[stride] + nz * at[2 * stride] - offset;
+}
+
 HPR_LANES_BODY heights heights_of(const double *corner, size_t stride, double nx, double ny, double nz,
                                   double offset)
 {
-    heights h = {INFINITY, -INFINITY};
-#pragma GCC unroll 4
-    for (size_t c = 0; c < CORNERS; c++) {
-        const double *at = corner + 3 * c * stride;
-        double height = nx * at[0] + ny * at[stride] + nz * at[2 * stride] - offset;
-        h.least = hpr_min(h.least, height);
-        h.most = hpr_max(h.most, height);
-    }
-    return h;
+    double a = height_of(corner, stride, nx, ny, nz, offset),
+           b = height_of(corner + 3 * stride, stride, nx, ny, nz, offset),
+           c = height_of(corner + 6 * stride, stride, nx, ny, nz, offset),
+           d = height_of(corner + 9 * stride, stride, nx, ny, nz, offset);
+    return (heights){hpr_min(hpr_min(a, b), hpr_min(c, d)), hpr_max(hpr_max(a, b), hpr_max(c, d))};
 }
 
-/* By how much the integrand's error exceeds the kernel's where a height varies from 1 - share to 1 + share: a
- * linear factor takes half a node. */
-HPR_LANES_BODY double lift_of(heights h)
+/* Where a height varies from 1 - share to 1 + share. */
+HPR_LANES_BODY double share_of(heights h)
 {
     return (h.most - h.least) / (h.most + h.least);
 }
 
-HPR_LANES_BODY void foresee_body(const receiver *r, const side *s, size_t j, const limits *limits,
-                                 forecast *out)
+/* What is foretold of a receiver and all senders. need: nodes, 0 if they do not see each other, one more than
+ * there are if they are for other rules; error: on so many, relative. A height is a linear factor, which
+ * takes half a node: errors grow by its share of half of rho. */
+HPR_LANES_BODY void foresee_body(const double *restrict own, const double *restrict number, size_t stride,
+                                 const limits *limits, double *restrict need, double *restrict error)
 {
-    const double *number = s->number + j, *own = r->number;
-    size_t stride = s->stride;
-    for (size_t k = 0; k < HPR_LANES; k++) {
-        const double *it = number + k;
+    const double tolerance = limits->tolerance, slack = limits->slack, least_height = limits->least_height;
+    for (size_t j = 0; j < stride; j++) {
+        const double *it = number + j;
         heights over = heights_of(own + CORNER, 1, it[NORMAL * stride], it[(NORMAL + 1) * stride],
                                   it[(NORMAL + 2) * stride], it[OFFSET * stride]);
         heights under = heights_of(it + CORNER * stride, stride, own[NORMAL], own[NORMAL + 1],
@@ -198,19 +195,27 @@ HPR_LANES_BODY void foresee_body(const receiver *r, const side *s, size_t j, con
         double dx = it[0] - own[0], dy = it[stride] - own[1], dz = it[2 * stride] - own[2];
         double distance = sqrt(dx * dx + dy * dy + dz * dz) - own[RADIUS] - it[RADIUS * stride];
         double b = 2 * distance / hpr_max(own[LENGTH], it[LENGTH * stride]), rho = b + sqrt(b * b + 1);
-        double lift = hpr_max(lift_of(over), lift_of(under));
-        double falls = 1 / (rho * rho), error = (64 + 32 * lift * rho) * falls, need = LEAST_NODES;
+        double falls = 1 / (rho * rho), share = hpr_max(share_of(over), share_of(under));
+        double on = (64 + 32 * share * rho) * falls, nodes = LEAST_NODES, left = 0;
 #pragma GCC unroll 8
         for (int n = LEAST_NODES; n <= HPR_FAR_NODES; n++) {
-            error *= falls;
-            out->error[n][k] = error;
-            need += error > limits->tolerance ? 1 : 0;
+            on *= falls;
+            nodes += on > tolerance ? 1 : 0;
+            left = hpr_max(left, on > tolerance ? 0 : on);
         }
         double most = hpr_min(over.most, under.most), least = hpr_min(over.least, under.least);
-        bool across = least < -limits->slack || most < limits->least_height || !(distance > 0);
-        need = across ? HPR_FAR_NODES + 1 : need;
-        out->need[k] = most <= limits->slack ? 0 : need;
+        nodes = least < -slack ? HPR_FAR_NODES + 1 : nodes;
+        nodes = most < least_height ? HPR_FAR_NODES + 1 : nodes;
+        nodes = distance > 0 ? nodes : HPR_FAR_NODES + 1;
+        need[j] = most <= slack ? 0 : nodes;
+        error[j] = left;
     }
+}
+
+HPR_LANES_BODY hpr_lanes height_over(bool fused, const hpr_lanes x[3], const hpr_lanes plane[4])
+{
+    hpr_lanes across = hpr_lanes_madd(fused, x[1], plane[1], x[2] * plane[2]);
+    return hpr_lanes_madd(fused, x[0], plane[0], across - plane[3]);
 }
 
 /* Of a sender's point, its squares of distances from four of the receiver's points, squared again. */
@@ -219,12 +224,6 @@ HPR_LANES_BODY hpr_lanes fourth_power(bool fused, const hpr_lanes x[3], const pl
     hpr_lanes dx = x[0] - from->x, dy = x[1] - from->y, dz = x[2] - from->z;
     hpr_lanes r2 = hpr_lanes_madd(fused, dx, dx, hpr_lanes_madd(fused, dy, dy, dz * dz));
     return r2 * r2;
-}
-
-HPR_LANES_BODY hpr_lanes height_over(bool fused, const hpr_lanes x[3], const hpr_lanes plane[4])
-{
-    hpr_lanes across = hpr_lanes_madd(fused, x[1], plane[1], x[2] * plane[2]);
-    return hpr_lanes_madd(fused, x[0], plane[0], across - plane[3]);
 }
 
 /* Mean of pi G over the receiver and eight senders from j on. Four quotients share one division, which is
@@ -265,21 +264,22 @@ HPR_LANES_BODY void mean_kernel_body(bool fused, const receiver *r, const side *
     hpr_lanes_store(mean, total);
 }
 
-static void foresee_sse2(const receiver *r, const side *s, size_t j, const limits *limits, forecast *out)
+static void foresee_sse2(const double *own, const double *number, size_t stride, const limits *limits,
+                         double *need, double *error)
 {
-    foresee_body(r, s, j, limits, out);
+    foresee_body(own, number, stride, limits, need, error);
 }
 
-static HPR_TARGET_AVX2 void foresee_avx2(const receiver *r, const side *s, size_t j, const limits *limits,
-                                         forecast *out)
+static HPR_TARGET_AVX2 void foresee_avx2(const double *own, const double *number, size_t stride,
+                                         const limits *limits, double *need, double *error)
 {
-    foresee_body(r, s, j, limits, out);
+    foresee_body(own, number, stride, limits, need, error);
 }
 
-static HPR_TARGET_AVX512 void foresee_avx512(const receiver *r, const side *s, size_t j, const limits *limits,
-                                             forecast *out)
+static HPR_TARGET_AVX512 void foresee_avx512(const double *own, const double *number, size_t stride,
+                                             const limits *limits, double *need, double *error)
 {
-    foresee_body(r, s, j, limits, out);
+    foresee_body(own, number, stride, limits, need, error);
 }
 
 static void mean_sse2(const receiver *r, const side *s, size_t j, int nodes, double mean[HPR_LANES])
@@ -301,7 +301,7 @@ static HPR_TARGET_AVX512 void mean_avx512(const receiver *r, const side *s, size
 
 /* The two loops, compiled for an instruction set. */
 typedef struct loops {
-    void (*foresee)(const receiver *, const side *, size_t, const limits *, forecast *);
+    void (*foresee)(const double *, const double *, size_t, const limits *, double *, double *);
     void (*mean)(const receiver *, const side *, size_t, int, double *);
 } loops;
 
@@ -315,6 +315,7 @@ typedef struct work {
     const loops *loops;
     limits limits;
     side recv, send;
+    double *need, *error; /* [send.stride] of the receiver at hand */
     hpr_vec3 origin;
     hpr_constants_result result;
 } work;
@@ -324,17 +325,12 @@ static void integrate_group(work *w, size_t i, receiver *r, size_t j, double *bl
 {
     static const double pi = 3.14159265358979323846;
     const hpr_constants_task *task = w->task;
-    size_t lanes = task->send.count - j < HPR_LANES ? task->send.count - j : HPR_LANES, wanted = 0;
-    for (size_t k = 0; k < lanes; k++)
-        wanted += kind[k] == HPR_PAIR_WANTED;
-    if (!wanted)
-        return;
-    forecast foretold;
+    const double *nodes = w->need + j;
+    size_t lanes = task->send.count - j < HPR_LANES ? task->send.count - j : HPR_LANES;
     double mean[HPR_LANES];
     int most = 0;
-    w->loops->foresee(r, &w->send, j, &w->limits, &foretold);
     for (size_t k = 0; k < lanes; k++) {
-        int need = (int)foretold.need[k];
+        int need = (int)nodes[k];
         if (kind[k] != HPR_PAIR_WANTED)
             continue;
         block[k] = 0;
@@ -349,10 +345,10 @@ static void integrate_group(work *w, size_t i, receiver *r, size_t j, double *bl
     make_places(task->tables, r, &task->recv.frame[i], w->origin, most);
     w->loops->mean(r, &w->send, j, most, mean);
     for (size_t k = 0; k < lanes; k++) {
-        if (kind[k] != HPR_PAIR_WANTED || foretold.need[k] == 0)
+        if (kind[k] != HPR_PAIR_WANTED || nodes[k] == 0)
             continue;
         block[k] = mean[k] * sqrt(task->recv.frame[i].area_m2 * task->send.frame[j + k].area_m2) / pi;
-        w->result.error = fmax(w->result.error, foretold.error[most][k]);
+        w->result.error = fmax(w->result.error, w->error[j + k]);
         w->result.pair_count++;
         w->result.kernel_count += (uint64_t)(most * most) * (uint64_t)(most * most);
     }
@@ -379,12 +375,15 @@ hpr_constants_result hpr_constants_block(const hpr_constants_task *task, double 
               .origin = task->recv.frame[0].origin};
     w.recv = open_side(&task->recv, w.origin, scratch);
     w.send = open_side(&task->send, w.origin, scratch + NUMBERS * w.recv.stride);
+    w.need = w.send.point + 4 * POINTS * w.send.stride;
+    w.error = w.need + w.send.stride;
     w.limits.least_height = roundings * fmax(rounding_of(&w.recv), rounding_of(&w.send)) / task->tolerance;
     for (size_t i = 0; i < task->recv.count; i++) {
         receiver r;
         for (int k = 0; k < NUMBERS; k++)
             r.number[k] = numbers(&w.recv, k)[i];
         memset(r.made, 0, sizeof r.made);
+        w.loops->foresee(r.number, w.send.number, w.send.stride, &w.limits, w.need, w.error);
         for (size_t j = 0; j < task->send.count; j += HPR_LANES)
             integrate_group(&w, i, &r, j, block + i * task->send.count + j, kind + i * task->send.count + j);
     }

@@ -7,11 +7,11 @@ VIEWS = 10
 
 def picture(bench, name, solution, *options, views=1, aim=None):
     """Seconds per view; the error is the difference from the same view of a finer solution, relative to its RMS."""
-    seconds, memory, _ = bench.run("render", bench.path(solution), "-o", "{frame:04}.exr" if views > 1 else "p.exr",
+    seconds, _ = bench.run("render", bench.path(solution), "-o", "{frame:04}.exr" if views > 1 else "p.exr",
                                    "--report", "p.json", *SIZE, *options)
     report = bench.report("p.json")
     counters = {"camera rays": report["counters"]["camera_rays"], "clips": report["counters"]["clips"]}
-    return Row(name, seconds / views, None, memory, counters, aim)
+    return Row(name, seconds / views, None, report["peak_memory_bytes"], counters, aim)
 
 
 def rows(bench):

@@ -37,39 +37,48 @@ static const uint32_t *patch_at(const assembly *a, size_t place)
     return a->rows->member + place;
 }
 
+/* A_p F_pq of the block that the worker has. */
+static double exchange_of(const assembly *a, const hpr_pairs_worker *w, size_t p, size_t q)
+{
+    const double *area = a->rows->patches->area_m2;
+    return sqrt(area[p]) * sqrt(area[q]) * w->block[0];
+}
+
 /* A_p F_pq to a relative tolerance. */
 static double integrate_exchange(const assembly *a, hpr_pairs_worker *w, size_t p, size_t q, double tolerance)
 {
-    const double *area = a->rows->patches->area_m2;
-    return hpr_pairs_integrate(&a->pairs, w, p, q, tolerance) ? sqrt(area[p]) * sqrt(area[q]) * w->block[0]
-                                                              : 0;
+    return hpr_pairs_integrate(&a->pairs, w, p, q, tolerance) ? exchange_of(a, w, p, q) : 0;
 }
 
-/* How a pair of patches is to be integrated: in bulk, by itself, or not at all because it is zero. */
-static hpr_pair_kind kind_of(const assembly *a, tile_worker *w, uint32_t p, uint32_t q)
+/* How a pair of patches is to be integrated: in bulk, by itself, or not at all because it is zero. What may
+ * be blocked is integrated here and now, for the blockers are at hand. */
+static hpr_pair_kind begin_pair(const assembly *a, hpr_pairs_worker *w, uint32_t p, uint32_t q, double *part)
 {
     const uint8_t *shape = a->rows->patches->shape;
     if (!hpr_pairs_counts(&a->pairs, p, q))
         return HPR_PAIR_UNASKED;
     hpr_verdict verdict = hpr_views_between(a->pairs.views, p, q);
     if (verdict == HPR_SEES_PARTLY)
-        verdict = hpr_views_classify(a->pairs.views, w->one->cursor, p, q, NULL, NULL);
-    if (verdict == HPR_SEES_NOTHING)
+        verdict = hpr_pairs_look(&a->pairs, w, p, q);
+    if (verdict == HPR_SEES_PARTLY && hpr_pairs_integrate_past(&a->pairs, w, p, q, a->tolerance))
+        *part = exchange_of(a, w, p, q);
+    if (verdict != HPR_SEES_WHOLLY)
         return HPR_PAIR_UNASKED;
-    bool bulk = verdict == HPR_SEES_WHOLLY && shape[p] != HPR_SHAPE_QUADRILATERAL &&
-                shape[q] != HPR_SHAPE_QUADRILATERAL;
+    bool bulk = shape[p] != HPR_SHAPE_QUADRILATERAL && shape[q] != HPR_SHAPE_QUADRILATERAL;
     return bulk ? HPR_PAIR_WANTED : HPR_PAIR_LEFT;
 }
 
 /* Of square tiles only pairs of a patch and a later one. */
-static void mark_pairs(const assembly *a, tile_worker *w, const tile_patches *t)
+static void begin_pairs(const assembly *a, tile_worker *w, const tile_patches *t)
 {
+    memset(w->part, 0, t->recv_count * t->send_count * sizeof *w->part);
+    memset(w->kind, HPR_PAIR_UNASKED, t->recv_count * t->send_count);
     for (size_t m = 0; m < t->recv_count; m++) {
-        uint8_t *kind = w->kind + m * t->send_count;
-        size_t begin = t->square ? m + 1 : 0;
-        memset(kind, HPR_PAIR_UNASKED, begin);
-        for (size_t n = begin; n < t->send_count; n++)
-            kind[n] = (uint8_t)kind_of(a, w, *patch_at(a, t->recv + m), *patch_at(a, t->send + n));
+        for (size_t n = t->square ? m + 1 : 0; n < t->send_count && !hpr_cancelled(a->pairs.context); n++) {
+            size_t at = m * t->send_count + n;
+            w->kind[at] = (uint8_t)begin_pair(a, w->one, *patch_at(a, t->recv + m), *patch_at(a, t->send + n),
+                                              &w->part[at]);
+        }
     }
 }
 
@@ -87,9 +96,11 @@ static void integrate_bulk(const assembly *a, tile_worker *w, const tile_patches
         w->frame[t->recv_count + n] = hpr_pairs_frame(&a->pairs, *patch_at(a, t->send + n));
     hpr_constants_result result = hpr_constants_block(&task, w->part, w->kind, w->scratch);
     for (size_t m = 0; m < t->recv_count; m++) {
-        for (size_t n = 0; n < t->send_count; n++)
-            w->part[m * t->send_count + n] *=
-                sqrt(w->frame[m].area_m2) * sqrt(w->frame[t->recv_count + n].area_m2);
+        for (size_t n = 0; n < t->send_count; n++) {
+            size_t at = m * t->send_count + n;
+            if (w->kind[at] == HPR_PAIR_WANTED)
+                w->part[at] *= sqrt(w->frame[m].area_m2) * sqrt(w->frame[t->recv_count + n].area_m2);
+        }
     }
     w->one->kernel_count += result.kernel_count;
     w->one->done.pair_count += result.pair_count;
@@ -98,8 +109,7 @@ static void integrate_bulk(const assembly *a, tile_worker *w, const tile_patches
 
 static void integrate_parts(const assembly *a, tile_worker *w, const tile_patches *t)
 {
-    memset(w->part, 0, t->recv_count * t->send_count * sizeof *w->part);
-    mark_pairs(a, w, t);
+    begin_pairs(a, w, t);
     if (t->recv_count && t->send_count)
         integrate_bulk(a, w, t);
     for (size_t m = 0; m < t->recv_count; m++) {

@@ -11,7 +11,6 @@
 #ifndef HPR_QUADRATURE_PARALLEL_H
 #define HPR_QUADRATURE_PARALLEL_H
 
-#include "basis/basis.h"
 #include "quadrature/rule.h"
 
 /* Whether a pair is of that kind, but for what moves it by less than the tolerance allows, or by no more than
@@ -19,10 +18,7 @@
 bool hpr_parallel_find(const hpr_pair *pair, double tolerance, hpr_parallel *parallel);
 
 /* Doubles that hpr_parallel_add needs as scratch, for any degree. */
-enum {
-    HPR_PARALLEL_FUNCTIONS = 2 * HPR_MAX_DEGREE + 2,
-    HPR_PARALLEL_SCRATCH = (5 * HPR_MAX_BASIS + HPR_PARALLEL_FUNCTIONS) * HPR_PARALLEL_FUNCTIONS
-};
+enum { HPR_PARALLEL_SCRATCH = (5 * HPR_MAX_BASIS + HPR_CORRELATION_FUNCTIONS) * HPR_CORRELATION_FUNCTIONS };
 
 /*
  * part[k * n_send + l] += ∫ ∫ G r^2-heights included, phi_k phi_l, over both parameter domains, as the groups

@@ -1,0 +1,32 @@
+/*
+ * Parallelograms in any two planes that have one direction of their edges in common, as walls of a room have.
+ * Along it G depends on the difference of the points alone, and the heights do not change at all, so that
+ *   ∫_r ∫_s phi_k(x) G phi_l(y) = ∫∫ h_x(v) h_y(w) p(v) p(w) [ ∫ c(d) / (pi (d^2 + q(v, w)^2)^2) dd ] dv dw,
+ * v and w the coordinates across, q the distance of their lines, c a correlation (correlation.h). Of four
+ * dimensions three are left; in v and w cells that are large for their distance are halved, along d the rule
+ * of polar.h serves however small q is.
+ */
+#ifndef HPR_QUADRATURE_ALIGNED_H
+#define HPR_QUADRATURE_ALIGNED_H
+
+#include "quadrature/rule.h"
+
+/* Whether a pair that does not touch is of that kind, but for what moves it by less than the tolerance
+ * allows, or by no more than rounding of its coordinates. */
+bool hpr_aligned_find(const hpr_pair *pair, double tolerance, hpr_aligned *aligned);
+
+/* Doubles that hpr_aligned_add needs as scratch, for any degree. */
+enum {
+    HPR_ALIGNED_SCRATCH = (3 * HPR_MAX_BASIS + HPR_NODES_MAX + 3) * HPR_CORRELATION_FUNCTIONS +
+                          (HPR_MAX_DEGREE + 2) * HPR_MAX_BASIS
+};
+
+/*
+ * part[k * n_send + l] += what the groups of a rule would; relative error `tolerance` of the largest entry.
+ * scratch [HPR_ALIGNED_SCRATCH]. *kernels: evaluations, added to. False if it stopped short. Thread-safe with
+ * distinct scratch.
+ */
+bool hpr_aligned_add(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_aligned *aligned,
+                     double tolerance, double *part, double *scratch, uint64_t *kernels);
+
+#endif

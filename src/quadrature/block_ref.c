@@ -49,7 +49,9 @@ void hpr_quadrature_destroy(hpr_quadrature **quadrature)
 
 hpr_status hpr_block_scratch_create_for(hpr_context *ctx, int degree, hpr_block_scratch **scratch)
 {
-    size_t n = (size_t)(degree + 1) * (size_t)(degree + 1), room = n * HPR_POINTS_MAX + 6 * n * n;
+    size_t n = (size_t)(degree + 1) * (size_t)(degree + 1), parallel = hpr_parallel_scratch(degree);
+    size_t matrices = 3 * n * n > parallel ? 3 * n * n : parallel;
+    size_t room = n * HPR_POINTS_MAX + 3 * n * n + matrices;
     hpr_status status =
         hpr_allocate_into(ctx, scratch, 1, sizeof **scratch + room * sizeof(double), "quadrature scratch");
     if (status != HPR_OK)

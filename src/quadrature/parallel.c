@@ -48,20 +48,22 @@ bool hpr_parallel_find(const hpr_pair *pair, double tolerance, hpr_parallel *par
 /* An interval of d along one edge on which the overlap is of one kind. */
 typedef struct span {
     enum { RISING, WHOLE, FALLING } kind;
-    double low, length; /* of d */
+    double low, high; /* of d */
 } span;
 
-/* Returns how many there are. Of three the middle one, where one side lies within the other, may be empty. */
+/* Returns how many there are. Of three the middle one, where one side lies within the other, may be empty.
+ * Each begins just where the last one ends: of a gap as wide as rounding a thin slit between the planes makes
+ * more. */
 static int find_spans(const hpr_overlap *o, span spans[3])
 {
     static const double nothing = 8 * DBL_EPSILON;
-    double shorter = fmin(1, o->length), rest = fabs(o->length - 1);
+    double shorter = fmin(1, o->length), longer = fmax(1, o->length), first = o->first - 1;
     int count = 0;
-    spans[count++] = (span){RISING, o->first - 1, shorter};
-    if (rest > nothing * fmax(1, o->length))
-        spans[count++] = (span){WHOLE, o->first - 1 + shorter, rest};
-    spans[count++] = (span){FALLING, o->first + o->length - shorter, shorter};
-    return count;
+    spans[count++] = (span){RISING, first, first + shorter};
+    if (longer - shorter > nothing * longer)
+        spans[count++] = (span){WHOLE, first + shorter, first + longer};
+    spans[count] = (span){FALLING, spans[count - 1].high, o->first + o->length};
+    return count + 1;
 }
 
 /* The common part of both sides where d is `part` of the way through a span. */
@@ -71,14 +73,14 @@ typedef struct common {
 
 static common common_part(const hpr_overlap *o, const span *s, double part)
 {
-    double way = part * s->length;
+    double length = s->high - s->low, way = part * length;
     if (s->kind == RISING)
         return (common){way, 1 - way, 0};
     if (s->kind == FALLING) {
-        double left = (1 - part) * s->length;
+        double left = (1 - part) * length;
         return (common){left, 0, o->length - left};
     }
-    return o->length >= 1 ? (common){1, 0, way} : (common){o->length, s->length - way, 0};
+    return o->length >= 1 ? (common){1, 0, way} : (common){o->length, length - way, 0};
 }
 
 /* values[n] = P_n(x), n < count */
@@ -143,8 +145,7 @@ typedef struct cell {
     const hpr_gauss_table *gauss;
     hpr_vec3 edge[2], normal;
     double height;
-    hpr_vec3 middle; /* of the cell, from the place where d is 0 on the same plane */
-    double length[2];
+    span side[2]; /* along the edges */
     double tolerance;
     int functions;
     double *moment;
@@ -165,7 +166,13 @@ static void add_moments(cell *c, double u, double v, double kernel)
     c->kernel_count++;
 }
 
-/* Points from the cell's middle on, in units of the edges. */
+/* Where d is on the span from -1 to 1. */
+static double within(const span *s, double d)
+{
+    return (2 * d - s->low - s->high) / (s->high - s->low);
+}
+
+/* Points in units of the edges, from the place where d is 0. */
 static void add_points(void *user, const hpr_group *group)
 {
     cell *c = user;
@@ -173,14 +180,22 @@ static void add_points(void *user, const hpr_group *group)
     for (int j = 0; j < p->count; j++) {
         double r2 = p->x[j] * p->x[j] + p->y[j] * p->y[j] + p->z[j] * p->z[j];
         double kernel = c->height * p->weight[j] / (pi * r2 * r2);
-        add_moments(c, 2 * p->s[j] / c->length[0], 2 * p->t[j] / c->length[1], kernel);
+        add_moments(c, within(&c->side[0], p->s[j]), within(&c->side[1], p->t[j]), kernel);
     }
 }
 
-static hpr_vec3 corner(const cell *c, int i)
+static hpr_vec3 place(const cell *c, double d1, double d2)
 {
-    double u = (i == 1 || i == 2 ? 0.5 : -0.5) * c->length[0], v = (i >= 2 ? 0.5 : -0.5) * c->length[1];
-    return hpr_madd(hpr_scale(c->edge[0], u), v, c->edge[1]);
+    return hpr_madd(hpr_scale(c->edge[0], d1), d2, c->edge[1]);
+}
+
+static void corners(const cell *c, hpr_vec3 corner[4])
+{
+    const span *s = c->side;
+    corner[0] = place(c, s[0].low, s[1].low);
+    corner[1] = place(c, s[0].high, s[1].low);
+    corner[2] = place(c, s[0].high, s[1].high);
+    corner[3] = place(c, s[0].low, s[1].high);
 }
 
 static void near_moments(cell *c, hpr_group *group)
@@ -200,20 +215,20 @@ static void near_moments(cell *c, hpr_group *group)
                        .group = group,
                        .sink = add_points,
                        .user = c};
-    for (int i = 0; i < 4; i++)
-        polar.corner[i] = corner(c, i);
-    hpr_polar_points(&polar, hpr_madd(hpr_scale(c->middle, -1), c->height, c->normal), c->height);
+    corners(c, polar.corner);
+    hpr_polar_points(&polar, hpr_scale(c->normal, c->height), c->height);
 }
 
 static void far_moments(cell *c, const int nodes[2])
 {
     const hpr_gauss_rule *first = &c->gauss->legendre[nodes[0]], *second = &c->gauss->legendre[nodes[1]];
-    double area = c->length[0] * c->length[1], square = c->height * c->height;
+    const span *s = c->side;
+    double half[2] = {(s[0].high - s[0].low) / 2, (s[1].high - s[1].low) / 2};
+    double area = 4 * half[0] * half[1], square = c->height * c->height;
     for (int i = 0; i < nodes[0]; i++) {
         for (int j = 0; j < nodes[1]; j++) {
             double u = 2 * first->node[i] - 1, v = 2 * second->node[j] - 1;
-            hpr_vec3 d = hpr_madd(hpr_madd(c->middle, u * c->length[0] / 2, c->edge[0]), v * c->length[1] / 2,
-                                  c->edge[1]);
+            hpr_vec3 d = place(c, s[0].low + (1 + u) * half[0], s[1].low + (1 + v) * half[1]);
             double r2 = hpr_dot(d, d) + square;
             add_moments(c, u, v, area * first->weight[i] * second->weight[j] * square / (pi * r2 * r2));
         }
@@ -225,11 +240,11 @@ static void find_moments(cell *c, hpr_group *group)
     enum { CAP = 12 };
     hpr_vec3 around[4], from = hpr_scale(c->normal, c->height);
     int nodes[2];
-    for (int i = 0; i < 4; i++)
-        around[i] = hpr_add(c->middle, corner(c, i));
+    corners(c, around);
     double distance = hpr_polygon_distance(around, 4, &from, 1);
     for (int i = 0; i < 2; i++)
-        nodes[i] = hpr_kernel_nodes(c->length[i] * hpr_length(c->edge[i]), distance, c->tolerance);
+        nodes[i] = hpr_kernel_nodes((c->side[i].high - c->side[i].low) * hpr_length(c->edge[i]), distance,
+                                    c->tolerance);
     memset(c->moment, 0, (size_t)(c->functions * c->functions) * sizeof(double));
     if (nodes[0] > CAP || nodes[1] > CAP) {
         near_moments(c, group);
@@ -291,10 +306,8 @@ uint64_t hpr_parallel_add(const hpr_gauss_table *gauss, const hpr_pair *pair, co
     for (int i = 0; i < first_count; i++) {
         correlate(gauss, &parallel->along[0], &first[i], &along[0]);
         for (int j = 0; j < second_count; j++) {
-            c.length[0] = first[i].length;
-            c.length[1] = second[j].length;
-            c.middle = hpr_madd(hpr_scale(c.edge[0], first[i].low + first[i].length / 2),
-                                second[j].low + second[j].length / 2, c.edge[1]);
+            c.side[0] = first[i];
+            c.side[1] = second[j];
             find_moments(&c, group);
             add_cell(&c, &along[0], &along[1 + j], parallel->swapped, half, part);
         }

@@ -136,11 +136,11 @@ static void add_places(void *user, int count, const double *place, const double 
     it->kernels += (uint64_t)count;
 }
 
-/* ∫ P_a / (d^2 + q^2)^2 over a span that begins at `low`. */
-static void span_moments(integral *it, double low, double length, double *moment)
+/* ∫ P_a / (d^2 + q^2)^2 from `low` to `high`. */
+static void span_moments(integral *it, double low, double high, double *moment)
 {
     enum { CAP = 10 };
-    double high = low + length, gap = low > 0 ? low : high < 0 ? -high : 0;
+    double length = high - low, gap = low > 0 ? low : high < 0 ? -high : 0;
     int nodes = hpr_kernel_nodes(length, sqrt(it->square + gap * gap), it->tolerance);
     it->middle = low + length / 2;
     it->half = length / 2;
@@ -171,7 +171,7 @@ static void set_row(integral *it, double v, double w)
     memset(it->row, 0, (size_t)pairs * sizeof *it->row);
     for (int s = 0; s < it->span_count; s++) {
         double *moment = it->moment + s * it->functions;
-        span_moments(it, it->span[s].low + shift, it->span[s].length, moment);
+        span_moments(it, it->span[s].low + shift, it->span[s].high + shift, moment);
         for (int kl = 0; kl < pairs; kl++) {
             const double *c = it->correlation[s].coefficient + kl * it->functions;
             double sum = 0;

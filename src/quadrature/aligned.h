@@ -15,16 +15,17 @@
  * allows, or by no more than rounding of its coordinates. */
 bool hpr_aligned_find(const hpr_pair *pair, double tolerance, hpr_aligned *aligned);
 
-/* Doubles that hpr_aligned_add needs as scratch, for any degree. */
-enum {
-    HPR_ALIGNED_SCRATCH = (3 * HPR_MAX_BASIS + HPR_NODES_MAX + 3) * HPR_CORRELATION_FUNCTIONS +
-                          (HPR_MAX_DEGREE + 2) * HPR_MAX_BASIS
-};
+/* Doubles that hpr_aligned_add needs as scratch for elements of no more than this degree. */
+static inline size_t hpr_aligned_scratch(int degree)
+{
+    size_t n = (size_t)degree + 1, functions = 2 * n;
+    return (3 * n * n + HPR_NODES_MAX + 3) * functions + (n + 1) * n * n;
+}
 
 /*
  * part[k * n_send + l] += what the groups of a rule would; relative error `tolerance` of the largest entry.
- * scratch [HPR_ALIGNED_SCRATCH]. *kernels: evaluations, added to. False if it stopped short. Thread-safe with
- * distinct scratch.
+ * scratch [hpr_aligned_scratch(the larger degree)]. *kernels: evaluations, added to. False if it stopped
+ * short. Thread-safe with distinct scratch.
  */
 bool hpr_aligned_add(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_aligned *aligned,
                      double tolerance, double *part, double *scratch, uint64_t *kernels);

@@ -7,13 +7,13 @@
 int hpr_overlap_spans(const hpr_overlap *o, hpr_span spans[3])
 {
     static const double nothing = 8 * DBL_EPSILON;
-    double shorter = fmin(1, o->length), rest = fabs(o->length - 1);
+    double shorter = fmin(1, o->length), longer = fmax(1, o->length), first = o->first - 1;
     int count = 0;
-    spans[count++] = (hpr_span){HPR_OVERLAP_RISES, o->first - 1, shorter};
-    if (rest > nothing * fmax(1, o->length))
-        spans[count++] = (hpr_span){HPR_OVERLAP_WHOLE, o->first - 1 + shorter, rest};
-    spans[count++] = (hpr_span){HPR_OVERLAP_FALLS, o->first + o->length - shorter, shorter};
-    return count;
+    spans[count++] = (hpr_span){HPR_OVERLAP_RISES, first, first + shorter};
+    if (longer - shorter > nothing * longer)
+        spans[count++] = (hpr_span){HPR_OVERLAP_WHOLE, first + shorter, first + longer};
+    spans[count] = (hpr_span){HPR_OVERLAP_FALLS, spans[count - 1].high, o->first + o->length};
+    return count + 1;
 }
 
 /* The common part of both sides where d is `part` of the way through a span. */
@@ -23,14 +23,14 @@ typedef struct common {
 
 static common common_part(const hpr_overlap *o, const hpr_span *s, double part)
 {
-    double way = part * s->length;
+    double length = s->high - s->low, way = part * length;
     if (s->kind == HPR_OVERLAP_RISES)
         return (common){way, 1 - way, 0};
     if (s->kind == HPR_OVERLAP_FALLS) {
-        double left = (1 - part) * s->length;
+        double left = (1 - part) * length;
         return (common){left, 0, o->length - left};
     }
-    return o->length >= 1 ? (common){1, 0, way} : (common){o->length, s->length - way, 0};
+    return o->length >= 1 ? (common){1, 0, way} : (common){o->length, length - way, 0};
 }
 
 void hpr_legendre(double x, int count, double *values)

@@ -20,10 +20,11 @@ typedef struct hpr_overlap {
 /* An interval of d on which the overlap is of one kind. */
 typedef struct hpr_span {
     enum { HPR_OVERLAP_RISES, HPR_OVERLAP_WHOLE, HPR_OVERLAP_FALLS } kind;
-    double low, length; /* of d */
+    double low, high; /* of d */
 } hpr_span;
 
-/* Returns how many there are, two or three; they follow each other. */
+/* Returns how many there are, two or three. Each begins just where the last one ends: of a gap as wide as
+ * rounding a thin slit between the planes makes more. */
 int hpr_overlap_spans(const hpr_overlap *overlap, hpr_span spans[3]);
 
 enum { HPR_CORRELATION_FUNCTIONS = 2 * HPR_MAX_DEGREE + 2 };

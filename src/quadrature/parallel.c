@@ -50,8 +50,7 @@ typedef struct cell {
     const hpr_gauss_table *gauss;
     hpr_vec3 edge[2], normal;
     double height;
-    hpr_vec3 middle; /* of the cell, from the place where d is 0 on the same plane */
-    double length[2];
+    hpr_span side[2]; /* along the edges */
     double tolerance;
     int functions;
     double *moment;
@@ -72,7 +71,13 @@ static void add_moments(cell *c, double u, double v, double kernel)
     c->kernel_count++;
 }
 
-/* Points from the cell's middle on, in units of the edges. */
+/* Where d is on the span from -1 to 1. */
+static double within(const hpr_span *s, double d)
+{
+    return (2 * d - s->low - s->high) / (s->high - s->low);
+}
+
+/* Points in units of the edges, from the place where d is 0. */
 static void add_points(void *user, const hpr_group *group)
 {
     cell *c = user;
@@ -80,14 +85,22 @@ static void add_points(void *user, const hpr_group *group)
     for (int j = 0; j < p->count; j++) {
         double r2 = p->x[j] * p->x[j] + p->y[j] * p->y[j] + p->z[j] * p->z[j];
         double kernel = c->height * p->weight[j] / (pi * r2 * r2);
-        add_moments(c, 2 * p->s[j] / c->length[0], 2 * p->t[j] / c->length[1], kernel);
+        add_moments(c, within(&c->side[0], p->s[j]), within(&c->side[1], p->t[j]), kernel);
     }
 }
 
-static hpr_vec3 corner(const cell *c, int i)
+static hpr_vec3 place(const cell *c, double d1, double d2)
 {
-    double u = (i == 1 || i == 2 ? 0.5 : -0.5) * c->length[0], v = (i >= 2 ? 0.5 : -0.5) * c->length[1];
-    return hpr_madd(hpr_scale(c->edge[0], u), v, c->edge[1]);
+    return hpr_madd(hpr_scale(c->edge[0], d1), d2, c->edge[1]);
+}
+
+static void corners(const cell *c, hpr_vec3 corner[4])
+{
+    const hpr_span *s = c->side;
+    corner[0] = place(c, s[0].low, s[1].low);
+    corner[1] = place(c, s[0].high, s[1].low);
+    corner[2] = place(c, s[0].high, s[1].high);
+    corner[3] = place(c, s[0].low, s[1].high);
 }
 
 static void near_moments(cell *c, hpr_group *group)
@@ -107,20 +120,20 @@ static void near_moments(cell *c, hpr_group *group)
                        .group = group,
                        .sink = add_points,
                        .user = c};
-    for (int i = 0; i < 4; i++)
-        polar.corner[i] = corner(c, i);
-    hpr_polar_points(&polar, hpr_madd(hpr_scale(c->middle, -1), c->height, c->normal), c->height);
+    corners(c, polar.corner);
+    hpr_polar_points(&polar, hpr_scale(c->normal, c->height), c->height);
 }
 
 static void far_moments(cell *c, const int nodes[2])
 {
     const hpr_gauss_rule *first = &c->gauss->legendre[nodes[0]], *second = &c->gauss->legendre[nodes[1]];
-    double area = c->length[0] * c->length[1], square = c->height * c->height;
+    const hpr_span *s = c->side;
+    double half[2] = {(s[0].high - s[0].low) / 2, (s[1].high - s[1].low) / 2};
+    double area = 4 * half[0] * half[1], square = c->height * c->height;
     for (int i = 0; i < nodes[0]; i++) {
         for (int j = 0; j < nodes[1]; j++) {
             double u = 2 * first->node[i] - 1, v = 2 * second->node[j] - 1;
-            hpr_vec3 d = hpr_madd(hpr_madd(c->middle, u * c->length[0] / 2, c->edge[0]), v * c->length[1] / 2,
-                                  c->edge[1]);
+            hpr_vec3 d = place(c, s[0].low + (1 + u) * half[0], s[1].low + (1 + v) * half[1]);
             double r2 = hpr_dot(d, d) + square;
             add_moments(c, u, v, area * first->weight[i] * second->weight[j] * square / (pi * r2 * r2));
         }
@@ -132,11 +145,11 @@ static void find_moments(cell *c, hpr_group *group)
     enum { CAP = 12 };
     hpr_vec3 around[4], from = hpr_scale(c->normal, c->height);
     int nodes[2];
-    for (int i = 0; i < 4; i++)
-        around[i] = hpr_add(c->middle, corner(c, i));
+    corners(c, around);
     double distance = hpr_polygon_distance(around, 4, &from, 1);
     for (int i = 0; i < 2; i++)
-        nodes[i] = hpr_kernel_nodes(c->length[i] * hpr_length(c->edge[i]), distance, c->tolerance);
+        nodes[i] = hpr_kernel_nodes((c->side[i].high - c->side[i].low) * hpr_length(c->edge[i]), distance,
+                                    c->tolerance);
     memset(c->moment, 0, (size_t)(c->functions * c->functions) * sizeof(double));
     if (nodes[0] > CAP || nodes[1] > CAP) {
         near_moments(c, group);
@@ -198,10 +211,8 @@ uint64_t hpr_parallel_add(const hpr_gauss_table *gauss, const hpr_pair *pair, co
     for (int i = 0; i < first_count; i++) {
         hpr_correlate(gauss, &parallel->along[0], &first[i], &along[0]);
         for (int j = 0; j < second_count; j++) {
-            c.length[0] = first[i].length;
-            c.length[1] = second[j].length;
-            c.middle = hpr_madd(hpr_scale(c.edge[0], first[i].low + first[i].length / 2),
-                                second[j].low + second[j].length / 2, c.edge[1]);
+            c.side[0] = first[i];
+            c.side[1] = second[j];
             find_moments(&c, group);
             add_cell(&c, &along[0], &along[1 + j], parallel->swapped, half, part);
         }

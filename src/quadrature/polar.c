@@ -180,7 +180,8 @@ static void add_triangle(const view *v, hpr_vec3 a, hpr_vec3 b)
     if (!(length > 0))
         return;
     along = hpr_scale(along, 1 / length);
-    double turn = hpr_dot(hpr_cross(a, along), v->polar->normal), distance = fabs(turn);
+    hpr_vec3 end = hpr_dot(a, a) < hpr_dot(b, b) ? a : b;
+    double turn = hpr_dot(hpr_cross(end, along), v->polar->normal), distance = fabs(turn);
     if (!(distance > nothing * (v->distance + length)))
         return;
     sector sec = {.normal = hpr_scale(hpr_cross(along, v->polar->normal), turn > 0 ? 1 : -1),
@@ -205,12 +206,16 @@ static view make_view(const hpr_polar *polar, hpr_vec3 x, hpr_vec3 nearest)
     return v;
 }
 
-/* Nearest point of the segment a to b. */
+/* Nearest point of the segment between a and b; from the nearer end on, for rounding of the other may be more
+ * than the height over the plane. */
 static hpr_vec3 nearest_on_edge(hpr_vec3 p, hpr_vec3 a, hpr_vec3 b)
 {
-    hpr_vec3 along = hpr_sub(b, a);
-    double square = hpr_dot(along, along), f = square > 0 ? hpr_dot(hpr_sub(p, a), along) / square : 0;
-    return f <= 0 ? a : f >= 1 ? b : hpr_madd(a, f, along);
+    hpr_vec3 from_a = hpr_sub(p, a), from_b = hpr_sub(p, b);
+    bool first = hpr_dot(from_a, from_a) < hpr_dot(from_b, from_b);
+    hpr_vec3 end = first ? a : b, from = first ? from_a : from_b,
+             along = first ? hpr_sub(b, a) : hpr_sub(a, b);
+    double square = hpr_dot(along, along), f = square > 0 ? hpr_dot(from, along) / square : 0;
+    return f > 0 ? hpr_madd(end, f, along) : end;
 }
 
 /* Nearest point of the polygon to a point of its plane; *edge: the edge that it is on, -1: inside. */
@@ -222,7 +227,9 @@ static hpr_vec3 nearest_in_polygon(const hpr_polar *polar, hpr_vec3 p, int *edge
     for (int i = 0; i < polar->count; i++) {
         hpr_vec3 a = polar->corner[i], b = polar->corner[(i + 1) % polar->count];
         hpr_vec3 q = nearest_on_edge(p, a, b), gap = hpr_sub(q, p);
-        double turn = hpr_dot(hpr_cross(hpr_sub(b, a), hpr_sub(p, a)), polar->normal);
+        hpr_vec3 from_a = hpr_sub(p, a), from_b = hpr_sub(p, b);
+        hpr_vec3 from_end = hpr_dot(from_a, from_a) < hpr_dot(from_b, from_b) ? from_a : from_b;
+        double turn = hpr_dot(hpr_cross(hpr_sub(b, a), from_end), polar->normal);
         sides[turn > 0] += turn != 0;
         if (hpr_dot(gap, gap) < least) {
             least = hpr_dot(gap, gap);

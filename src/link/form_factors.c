@@ -142,18 +142,19 @@ static double sum_entry(const assembly *a, tile_worker *w, const tile_patches *t
     return i == j ? 2 * sum : sum;
 }
 
-/* Where one sees hardly anything but the other, an error within the tolerance might make that more than all:
- * then the errors of all pairs of patches together must be rounding. */
+/* Where one sees hardly anything but the other, an error within the tolerance may make that more than all:
+ * then the errors of all pairs of patches together are asked to be less and less, in the end rounding. */
 static double finish_entry(const assembly *a, tile_worker *w, const tile_patches *t, size_t i, size_t j)
 {
-    static const double rounding = 1e-14;
+    static const double rounding = 1e-14, step = 1e-3;
     const hpr_rows *rows = a->rows;
     double smaller = fmin(rows->row[i].area_m2, rows->row[j].area_m2);
     double sum = sum_entry(a, w, t, i, j, INFINITY);
-    if (sum > (1 - a->tolerance) * smaller) {
+    size_t pairs = (rows->first[i + 1] - rows->first[i]) * (rows->first[j + 1] - rows->first[j]);
+    for (double asked = a->tolerance; sum > (1 + rounding / 2) * smaller && asked > rounding;) {
         const hpr_pairs_done done = w->one->done;
-        size_t pairs = (rows->first[i + 1] - rows->first[i]) * (rows->first[j + 1] - rows->first[j]);
-        sum = sum_entry(a, w, t, i, j, rounding * smaller / (double)pairs);
+        asked = fmax(asked * step, rounding);
+        sum = sum_entry(a, w, t, i, j, asked * smaller / (double)pairs);
         w->one->done = done;
     }
     return sum;

@@ -116,12 +116,11 @@ def cube(bench, name, ends, aim=None):
 
 
 def box_in_cube(bench, cells, aim=None):
-    """Errors are those of entries against a run with a thousandth of the tolerance, relative to the largest."""
+    """Errors are those of entries against a run with a hundredth of the tolerance, relative to the largest."""
     surfaces = [*squares(*CUBE, uniform(2 * cells), True), *squares(*BOX, uniform(cells), False)]
     row = measured(bench, "box in a cube", surfaces, "1e-6", aim)
-    if bench.large or len(surfaces) < 1000:
-        bench.once("formfactors", "model.vs3", "--tol", "1e-9", "-o", "exact.npy")
-        row.error = difference(*(Matrix(bench.path(name), len(surfaces)) for name in ("f.npy", "exact.npy")))
+    bench.once("formfactors", "model.vs3", "--tol", "1e-8", "-o", "exact.npy")
+    row.error = difference(*(Matrix(bench.path(name), len(surfaces)) for name in ("f.npy", "exact.npy")))
     return row
 
 

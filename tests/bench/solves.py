@@ -1,8 +1,8 @@
 """Solves to a tolerance; the error is the report's own estimate, which convergence_tolerance holds to the truth."""
 from measure import Row
 
-# scene, options, aim in CPU seconds, seconds after which a run is given up
-CASES = (("cornell_box", ("--tol", "1e-1"), None, 60), ("cornell_box", ("--tol", "1e-2"), 0.7, 60),
+# scene, options, aim in CPU seconds, seconds (by the clock, on a busy machine) after which a run is given up
+CASES = (("cornell_box", ("--tol", "1e-1"), None, 300), ("cornell_box", ("--tol", "1e-2"), 0.7, 300),
          ("cornell_box", ("--tol", "1e-3"), 10, 60), ("cornell_box", (), None, 60),
          ("furnished_room", ("--tol", "1e-2"), 10, 60))
 

@@ -1,11 +1,11 @@
 #include "solver/operator.h"
 
 /*
- * Multiplications from which a patch is shared between threads. They take about 3 ms, as long as libgomp lets
- * a thread spin while it waits for another that a busy machine does not run: shorter shares would burn many
- * times what they save.
+ * Multiplications from which a patch is shared between threads. They take about a millisecond. libgomp lets a
+ * thread spin for some three while it waits for another that a busy machine does not run: much shorter shares
+ * would burn many times what they save.
  */
-enum { SHARED_WORK = 1 << 23 };
+enum { SHARED_WORK = 1 << 21 };
 
 static void count_work(hpr_operator *op)
 {

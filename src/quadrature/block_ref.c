@@ -3,6 +3,7 @@
 #include "quadrature/block.h"
 #include "quadrature/flat.h"
 #include "quadrature/homothety.h"
+#include "quadrature/parallel.h"
 #include "quadrature/sampled.h"
 
 #include <string.h>
@@ -221,7 +222,12 @@ static void add_rule(void *user, const hpr_rule *chosen)
     int level = rule->kind == HPR_RULE_NESTED ? rule->nested.homothety : 0;
     e->rule = rule;
     memset(e->scratch->part, 0, count * sizeof(double));
-    hpr_rule_points(e->quadrature->gauss, e->pair, rule, &e->scratch->points, add_group, e);
+    if (rule->kind == HPR_RULE_PARALLEL)
+        e->result->kernel_count +=
+            hpr_parallel_add(e->quadrature->gauss, e->pair, &rule->parallel, rule->tolerance,
+                             &e->scratch->points, e->scratch->part, e->scratch->matrices);
+    else
+        hpr_rule_points(e->quadrature->gauss, e->pair, rule, &e->scratch->points, add_group, e);
     add(level ? e->scratch->inside[level - 1] : e->block, e->scratch->part, count);
     double most = largest(e->scratch->part, count);
     e->error[level] += rule->error * most;

@@ -3,6 +3,7 @@
 #include "quadrature/contact.h"
 #include "quadrature/cuts.h"
 #include "quadrature/homothety.h"
+#include "quadrature/parallel.h"
 #include "quadrature/rule.h"
 
 #include <float.h>
@@ -282,12 +283,31 @@ static double slenderness(const hpr_element_frame *frame)
     return longest_edge(frame) * longest_edge(frame) / frame->area_m2;
 }
 
+/* Parallelograms in parallel planes with parallel edges, unless product rules need so few kernels that they
+ * take less time: the rule's own work is that of its nine cells. */
+static bool parallel(chooser *c, const hpr_contact *contact)
+{
+    enum { CELLS = 9, POINTS = 2000 };
+    static const double errors = 0.5; /* of the tolerance that its points were chosen for, observed */
+    hpr_rule rule = {.kind = HPR_RULE_PARALLEL, .tolerance = c->tolerance, .error = errors * c->tolerance};
+    if (!hpr_parallel_find(c->pair, c->tolerance, &rule.parallel))
+        return false;
+    int recv = c->pair->recv.degree + 1, send = c->pair->send.degree + 1;
+    double work = POINTS + CELLS * recv * send * (recv + send);
+    if (product_cost(c, contact, work) < work)
+        return false;
+    emit(c, &rule);
+    return true;
+}
+
 /* Pairs that do not touch: product rules where those are cheap, a homothety where it loses nothing, else the
  * nested rule. The limits in kernels are where their times are about equal, measured. */
 static void near_or_far(chooser *c, const hpr_contact *contact)
 {
     static const double loss = 1e-14, rounding = 1e-15;
     double cheap = constants(c) ? 1e5 : 2e6, dear = constants(c) ? 5e5 : 3e7, condition;
+    if (parallel(c, contact))
+        return;
     double cost = product_cost(c, contact, dear);
     if (cost > cheap && c->outcome.flat < c->tolerance) {
         hpr_homothety apart = hpr_homothety_apart(c->gauss, c->pair, contact, &c->scratch->group, &condition);

@@ -240,8 +240,16 @@ static hpr_status find_feet(search *s)
     return status;
 }
 
-/* The patch that faces the other way and in which the point, on the search's patch's plane, lies: a side of
- * a sheet if there is one, HPR_NONE if there is none. at: its parameters there. */
+/* Is one of the two a side of a sheet, and light counts on its other side and not here? That one faces as the
+ * patch does: of two sheets the first counts (hpr_visibility_first_hit shows it), of one the sheet. */
+static bool is_under_sheet(const hpr_patches *patches, uint32_t patch, uint32_t against)
+{
+    uint32_t own = patches->twin[patch], other = patches->twin[against];
+    return own != HPR_NONE && other != HPR_NONE ? other < patch : own != other;
+}
+
+/* The patch that faces the other way and in which the point, on the search's patch's plane, lies: one of a
+ * sheet if that covers it, HPR_NONE if there is none. at: its parameters there. */
 static uint32_t lies_against(const search *s, const double point[3], double at[2])
 {
     uint32_t found = HPR_NONE;
@@ -261,7 +269,7 @@ static uint32_t lies_against(const search *s, const double point[3], double at[2
         found = (uint32_t)i;
         at[0] = u;
         at[1] = v;
-        if (patches->twin[i] != HPR_NONE)
+        if (is_under_sheet(patches, s->patch, found))
             break;
     }
     return found;
@@ -285,12 +293,6 @@ static void patch_middle(const hpr_patches *patches, size_t patch, const hpr_pol
                          piece->corner[i][1] * patches->edge2[3 * patch + k]) /
                         piece->count;
     }
-}
-
-/* A sheet has another side that faces as the patch does: light counts there, or here if this is a sheet. */
-static bool is_sheet(const hpr_patches *patches, uint32_t patch, uint32_t against)
-{
-    return against != HPR_NONE && (patches->twin[patch] != HPR_NONE || patches->twin[against] != HPR_NONE);
 }
 
 static bool is_covered(const search *s, uint32_t node, const hpr_polygon *piece)
@@ -441,7 +443,7 @@ static hpr_status add_regions(search *s)
         hpr_region *region = &s->region[first + (size_t)i];
         *region = (hpr_region){.outline = cuts.piece[i], .patch = s->patch};
         region->against = lies_against(s, point, region->against_at);
-        region->covered = is_sheet(patches, s->patch, region->against);
+        region->covered = region->against != HPR_NONE && is_under_sheet(patches, s->patch, region->against);
     }
     s->first_region[s->patch + 1] = first + (size_t)cuts.count;
     return status;

@@ -11,23 +11,24 @@
 #ifndef HPR_QUADRATURE_PARALLEL_H
 #define HPR_QUADRATURE_PARALLEL_H
 
-#include "basis/basis.h"
 #include "quadrature/rule.h"
 
 /* Whether a pair is of that kind, but for what moves it by less than the tolerance allows, or by no more than
  * rounding of its coordinates. */
 bool hpr_parallel_find(const hpr_pair *pair, double tolerance, hpr_parallel *parallel);
 
-/* Doubles that hpr_parallel_add needs as scratch, for any degree. */
-enum {
-    HPR_PARALLEL_FUNCTIONS = 2 * HPR_MAX_DEGREE + 2,
-    HPR_PARALLEL_SCRATCH = (5 * HPR_MAX_BASIS + HPR_PARALLEL_FUNCTIONS) * HPR_PARALLEL_FUNCTIONS
-};
+/* Doubles that hpr_parallel_add needs as scratch for elements of no more than this degree. */
+static inline size_t hpr_parallel_scratch(int degree)
+{
+    size_t n = (size_t)degree + 1, functions = 2 * n;
+    return (5 * n * n + functions) * functions;
+}
 
 /*
  * part[k * n_send + l] += ∫ ∫ G r^2-heights included, phi_k phi_l, over both parameter domains, as the groups
  * of hpr_rule do; relative error `tolerance` of the largest entry. group: scratch for points; scratch
- * [HPR_PARALLEL_SCRATCH]. Returns the number of kernel evaluations. Thread-safe with distinct scratch.
+ * [hpr_parallel_scratch(the larger degree)]. Returns the number of kernel evaluations. Thread-safe with
+ * distinct scratch.
  */
 uint64_t hpr_parallel_add(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_parallel *parallel,
                           double tolerance, hpr_group *group, double *part, double *scratch);

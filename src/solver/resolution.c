@@ -2,6 +2,8 @@
 
 #include "basis/basis.h"
 
+#include <math.h>
+
 double hpr_resolution_dofs(const hpr_patches *patches, int order, int subdivide)
 {
     double dofs = 0;
@@ -60,9 +62,11 @@ bool hpr_resolution_choose(const hpr_patches *patches, hpr_solve_options *option
 
 void hpr_resolution_begin(const hpr_patches *patches, hpr_solve_options *options)
 {
-    enum { FINE = 4, COARSE = 2 };
-    if (options->order == HPR_CHOOSE)
+    enum { FINE = 4, COARSE = 2, FEW_PATCHES = 8 };
+    if (options->order == HPR_CHOOSE && options->refine == HPR_REFINE_H)
         options->order = hpr_resolution_dofs(patches, FINE, 0) <= HPR_RESOLUTION_DOFS ? FINE : COARSE;
+    if (options->order == HPR_CHOOSE)
+        options->order = (int)fmin(fmax(ceil(-log10(options->tolerance) - 1e-9) - 1, 0) + (patches->count > FEW_PATCHES ? 2 : 0), FINE);
     if (options->subdivide == HPR_CHOOSE)
         options->subdivide = 0;
     if (options->feet == HPR_CHOOSE)

@@ -91,18 +91,18 @@ static hpr_status compare(const hpr_checkpoint *checkpoint, const char *path, co
 
 static bool take_refinement(const cJSON *item, hpr_refinement *refinement)
 {
-    static const double most[FIELDS] = {
-        UINT32_MAX, UINT32_MAX, 1, 1, HPR_MAX_ORDER, HPR_MAX_ORDER, HPR_MAX_ORDER, HPR_MAX_ORDER};
+    static const double most[FIELDS] = {UINT32_MAX,    UINT32_MAX,   1, 1, HPR_MAX_ORDER, HPR_MAX_ORDER,
+                                        HPR_MAX_ORDER, HPR_MAX_ORDER};
     size_t value[FIELDS];
     bool good = cJSON_IsArray(item) && cJSON_GetArraySize(item) == FIELDS;
     for (int i = 0; good && i < FIELDS; i++)
         good = hpr_json_read_size(cJSON_GetArrayItem(item, i), most[i], value + i);
     if (good)
-        *refinement = (hpr_refinement){.step = (uint32_t)value[0],
-                                       .leaf = (uint32_t)value[1],
-                                       .halve = {(uint8_t)value[2], (uint8_t)value[3]},
-                                       .degree = {(uint8_t)value[4], (uint8_t)value[5],
-                                                  (uint8_t)value[6], (uint8_t)value[7]}};
+        *refinement = (hpr_refinement){
+            .step = (uint32_t)value[0],
+            .leaf = (uint32_t)value[1],
+            .halve = {(uint8_t)value[2], (uint8_t)value[3]},
+            .degree = {(uint8_t)value[4], (uint8_t)value[5], (uint8_t)value[6], (uint8_t)value[7]}};
     return good;
 }
 

@@ -138,8 +138,8 @@ static void project_all(const projection *p, worker *workers, hpr_context *ctx)
 }
 
 hpr_status hpr_direct_moments(const hpr_direct *direct, const hpr_coverage *coverage,
-                              const hpr_elements *elements, double open_tolerance,
-                              double blocked_tolerance, double *moment, size_t *short_count)
+                              const hpr_elements *elements, double open_tolerance, double blocked_tolerance,
+                              double *moment, size_t *short_count)
 {
     const hpr_patches *patches = hpr_coverage_patches(coverage);
     hpr_context *ctx = patches->context;

@@ -3,7 +3,6 @@
 #include "solver/proposal.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 /* For each leaf the choice that makes error2 + price functions least; false if that changes nothing. */
 typedef struct total {
@@ -45,7 +44,7 @@ static total choose_all(const hpr_proposal *proposal, size_t count, double price
 static double find_price(const hpr_proposal *proposal, size_t count, double goal2)
 {
     enum { HALVINGS = 60 };
-    const double near = getenv("NEAR") ? atof(getenv("NEAR")) : 1.2, growth = 3, few = 60;
+    static const double near = 1.2, growth = 3, few = 60;
     total now = choose_all(proposal, count, INFINITY), least = choose_all(proposal, count, 0);
     double target2 = fmax(goal2, near * least.error2), room = growth * now.functions + few;
     double low = -40, high = 2; /* decimal logarithms */

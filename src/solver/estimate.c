@@ -3,7 +3,6 @@
 #include "solver/residual.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 /* What it is made from. */
 static hpr_status find_field(const hpr_solution *solution, const hpr_transport *light, hpr_estimate *f)
@@ -39,7 +38,8 @@ static double add_unsent(const hpr_solution *solution, hpr_indicator *indicator)
 {
     double sum = 0;
     for (size_t leaf = 0; leaf < solution->elements->leaf_count; leaf++) {
-        bool tensor = hpr_leaf_frame(solution->patches, solution->elements, leaf).shape == HPR_SHAPE_PARALLELOGRAM;
+        bool tensor =
+            hpr_leaf_frame(solution->patches, solution->elements, leaf).shape == HPR_SHAPE_PARALLELOGRAM;
         double unsent2 = indicator[leaf].unsent2;
         indicator[leaf].error2[0] += tensor ? unsent2 / 2 : unsent2;
         indicator[leaf].error2[1] += tensor ? unsent2 / 2 : 0;
@@ -67,17 +67,17 @@ static void spread_error(hpr_solution *solution, const hpr_estimate *s, const do
 static hpr_status measure(hpr_solution *solution, const hpr_transport *light, double tolerance,
                           hpr_estimate *s)
 {
-    enum { SPOTS = 256, FEW_SPOTS = 64 };
-    static const double margin = 2.3, spot_part = 0.05, tightest = 1e-13;
+    enum { MANY_SPOTS = 256, FEW_SPOTS = 64 };
+    static const double margin = 2.1, spot_part = 0.05, tightest = 1e-13, far = 1.5;
     hpr_solve_summary *summary = &solution->summary;
     hpr_residual residual;
+    double spot_tolerance = fmax(spot_part * tolerance, tightest), asked = summary->options.tolerance;
     hpr_indicate(solution, light->coverage, s->indirect, light->direct, s->norm2, s->indicator);
-    hpr_status status =
-        hpr_residual_measure(solution, light, s->indirect, s->norm2, fmax(spot_part * tolerance, tightest),
-                             getenv("FS") ? (size_t)atoi(getenv("FS")) : FEW_SPOTS, s->indicator, &residual);
-    if (status == HPR_OK && sqrt(residual.error2) < 0.75 * tolerance)
-        status = hpr_residual_measure(solution, light, s->indirect, s->norm2, fmax(spot_part * tolerance, tightest),
-                             SPOTS, s->indicator, &residual);
+    hpr_status status = hpr_residual_measure(solution, light, s->indirect, s->norm2, spot_tolerance,
+                                             asked > 0 ? FEW_SPOTS : MANY_SPOTS, s->indicator, &residual);
+    if (status == HPR_OK && asked > 0 && sqrt(residual.error2) < far * asked)
+        status = hpr_residual_measure(solution, light, s->indirect, s->norm2, spot_tolerance, MANY_SPOTS,
+                                      s->indicator, &residual);
     if (status != HPR_OK)
         return status;
     hpr_error_parts *parts = &summary->error_parts;

@@ -40,7 +40,8 @@ static void add_channel(hpr_shape shape, const double *coefficient, size_t count
     }
 }
 
-/* From one band to the next, or, where there is next to nothing in that, half of the way from the one before. */
+/* From one band to the next, or, where there is next to nothing in that, half of the way from the one before.
+ */
 static double ratio(const double *square, int band)
 {
     static const double of_mean = 0.1; /* of the square of the mean, that counts like a band before band 2 */

@@ -18,9 +18,9 @@ typedef struct hpr_indicator {
 } hpr_indicator;
 
 /*
- * indirect: [dofs][channels] coefficients of what the basis carries, direct: [channels][dofs] of the rest; norm2 [channels] square of the norm of
- * H: error2 is relative to it, summed over channels. indicator [leaf_count]. Below degree 2 the coefficients
- * tell little: error2 then is an upper bound.
+ * indirect: [dofs][channels] coefficients of what the basis carries, direct: [channels][dofs] of the rest;
+ * norm2 [channels] square of the norm of H: error2 is relative to it, summed over channels. indicator
+ * [leaf_count]. Below degree 2 the coefficients tell little: error2 then is an upper bound.
  */
 void hpr_indicate(const hpr_solution *solution, const hpr_coverage *coverage, const double *indirect,
                   const double *direct, const double *norm2, hpr_indicator *indicator);

@@ -1,7 +1,6 @@
 #include "solver/proposal.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { LOWEST = 2 /* degree that tells how coefficients fall */, PARTS = 4, BANDS = HPR_MAX_ORDER + 1 };
@@ -34,7 +33,7 @@ static bool is_smooth(const element *e, int axis)
 static int cost_of(const element *e, int degree)
 {
     enum { OPEN = 2, OCCLUDED = 16 };
-    return (e->occluded ? (getenv("OV") ? atoi(getenv("OV")) : OCCLUDED) : OPEN) + (int)hpr_basis_count(e->shape, degree);
+    return (e->occluded ? OCCLUDED : OPEN) + (int)hpr_basis_count(e->shape, degree);
 }
 
 int hpr_choice_parts(hpr_shape shape, const uint8_t halve[2])
@@ -66,8 +65,7 @@ static double left_by_halving(const element *e, int axis)
 
 static hpr_choice raise_by(const element *e, int more)
 {
-    hpr_choice c = {.degree = {(uint8_t)(e->degree + more)},
-                    .cost = cost_of(e, e->degree + more)};
+    hpr_choice c = {.degree = {(uint8_t)(e->degree + more)}, .cost = cost_of(e, e->degree + more)};
     for (int axis = 0; axis < 2; axis++)
         c.error2 += e->indicator->error2[axis] * left_by_degrees(e, axis, more);
     return c;
@@ -173,9 +171,8 @@ void hpr_propose(const hpr_solution *solution, const hpr_two_scale *two_scale, c
                  .occluded = solution->summary.occluded,
                  .error2 = indicator->error2[0] + indicator->error2[1]};
     p->count = 1;
-    p->choice[0] = (hpr_choice){.error2 = e.error2,
-                                .cost = cost_of(&e, e.degree),
-                                .degree = {(uint8_t)e.degree}};
+    p->choice[0] =
+        (hpr_choice){.error2 = e.error2, .cost = cost_of(&e, e.degree), .degree = {(uint8_t)e.degree}};
     if (!(e.error2 > 0))
         return;
     bool smooth = true;
@@ -183,7 +180,11 @@ void hpr_propose(const hpr_solution *solution, const hpr_two_scale *two_scale, c
         smooth &= !wants(&e, axis) || is_smooth(&e, axis);
     bool raises = mode == HPR_REFINE_P || (mode == HPR_REFINE_HP && (smooth || e.degree < LOWEST));
     if (raises && e.degree < HPR_MAX_ORDER) {
-        for (int more = 1; more <= (e.degree >= LOWEST ? 2 : far ? 3 : 1) && e.degree + more <= HPR_MAX_ORDER; more++)
+        for (int more = 1; more <= (e.degree >= LOWEST ? 2
+                                    : far              ? 3
+                                                       : 1) &&
+                           e.degree + more <= HPR_MAX_ORDER;
+             more++)
             p->choice[p->count++] = raise_by(&e, more);
     } else if (mode != HPR_REFINE_P) {
         for (int times = 1; times <= (e.shape == HPR_SHAPE_PARALLELOGRAM ? 1 : 2); times++) {

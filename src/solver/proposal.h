@@ -6,8 +6,8 @@
 #include "solver/indicator.h"
 
 typedef struct hpr_choice {
-    double error2;      /* what will be left out then: to be compared with the indicator's */
-    int cost; /* coefficients */
+    double error2; /* what will be left out then: to be compared with the indicator's */
+    int cost;      /* coefficients */
     uint8_t halve[2], degree[4];
 } hpr_choice;
 
@@ -30,6 +30,7 @@ int hpr_choice_parts(hpr_shape shape, const uint8_t halve[2]);
  * still to be gained, so that a degree too low to tell anything may rise by three. Thread-safe.
  */
 void hpr_propose(const hpr_solution *solution, const hpr_two_scale *two_scale, const double *indirect,
-                 const double *norm2, const hpr_indicator *indicator, size_t leaf, bool far, hpr_proposal *proposal);
+                 const double *norm2, const hpr_indicator *indicator, size_t leaf, bool far,
+                 hpr_proposal *proposal);
 
 #endif

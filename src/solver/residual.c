@@ -181,7 +181,6 @@ static hpr_residual sum_up(const measuring *m)
 static void correct_indicator(const measuring *m)
 {
     static const double told_points = 2, least = 0.1;
-    const hpr_elements *e = m->solution->elements;
     size_t n = m->solution->channel_count;
     for (size_t first = 0, end; first < m->count; first = end) {
         size_t leaf = m->spot[first].leaf;

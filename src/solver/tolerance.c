@@ -29,7 +29,8 @@ static void close_step(step *s)
 
 hpr_transport_demand hpr_tolerance_demand(const hpr_solve_options *options)
 {
-    static const double links = 0.1, blocks = 0.1, blocked = 0.3, direct = 0.03, solver = 0.01, rounding = 1e-13;
+    static const double links = 0.1, blocks = 0.1, blocked = 0.3, direct = 0.03, solver = 0.01,
+                        rounding = 1e-13;
     double t = options->tolerance, given = options->block_tolerance;
     return (hpr_transport_demand){.link_tolerance = options->link_tolerance > 0 ? options->link_tolerance
                                                                                 : fmax(links * t, rounding),
@@ -98,13 +99,9 @@ static hpr_status prepare_step(hpr_solution *solution, const hpr_solve_series *s
     const hpr_solve_summary *summary = &solution->summary;
     const hpr_error_parts *parts = &summary->error_parts;
     double others = parts->links + parts->visibility + parts->solver, tolerance = summary->options.tolerance;
-    double goal = fmax(aim * tolerance - others, 0.5 * aim * tolerance) / parts->discretisation *
-                  s->estimate.indicated;
+    double goal =
+        fmax(aim * tolerance - others, 0.5 * aim * tolerance) / parts->discretisation * s->estimate.indicated;
     size_t before = done->count;
-    /*DBG*/ { const hpr_elements *e = solution->elements; double tot = 0; for (size_t i = 0; i < e->leaf_count; i++) tot += s->estimate.indicator[i].error2[0] + s->estimate.indicator[i].error2[1];
-    double last = 1e300; for (int r = 0; r < 8; r++) { size_t b = 0; double m = -1; for (size_t i = 0; i < e->leaf_count; i++) { double v = s->estimate.indicator[i].error2[0] + s->estimate.indicator[i].error2[1]; if (v < last && v > m) { m = v; b = i; } } last = m;
-    uint32_t nd = e->leaf[b]; const hpr_indicator *d = &s->estimate.indicator[b]; hpr_info(solution->context, "   leaf %zu patch %u shape %d deg %d area %.4f of %.4f share %.3f (%.1e %.1e) ratio %.2f %.2f open %.2f", b, e->patch[nd], solution->patches->shape[e->patch[nd]], e->degree[nd], e->area_m2[nd], solution->patches->area_m2[e->patch[nd]], m / tot, d->error2[0], d->error2[1], d->ratio[0], d->ratio[1], hpr_coverage_open_share(s->light.coverage, b)); if (m<=0) break; } 
-    hpr_info(solution->context, "   indicated %.2e disc %.2e link %.2e", s->estimate.indicated, solution->summary.error_parts.discretisation, solution->summary.error_parts.links); }
     hpr_status status = hpr_adapt(solution, &s->estimate, goal, count, done);
     *last = done->count == before;
     if (status == HPR_OK && !*last && series->stepped)

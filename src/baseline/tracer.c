@@ -130,12 +130,15 @@ static double share_of(const walk *w, uint32_t lamp, const double y[3])
     return 1 / (1 + w->tracer->lights.density[lamp] * pi * square * square / (from * to));
 }
 
-static void add_lamp(walk *w, uint32_t lamp, double share)
+/* y: the point of the lamp */
+static void add_lamp(walk *w, uint32_t lamp, const double y[3], double share)
 {
     const hpr_patches *patches = w->tracer->patches;
-    size_t n = patches->channel_count;
-    for (size_t c = 0; c < n; c++)
-        w->sum[c] += w->throughput[c] * share * patches->exitance[n * lamp + c];
+    double s = 0, t = 0;
+    if (hpr_patch_glow(patches, lamp))
+        hpr_patch_parameters(patches, lamp, y, &s, &t);
+    for (size_t c = 0; c < patches->channel_count; c++)
+        w->sum[c] += w->throughput[c] * share * hpr_patch_exitance(patches, lamp, s, t, c);
 }
 
 /* What is met first from where the path is; `far` times the direction's length, which is 1, ends the search.
@@ -172,7 +175,7 @@ static void sample_lamp(walk *w)
     if (!(share > 0))
         return;
     if (sees(w, lamp, y))
-        add_lamp(w, lamp, share);
+        add_lamp(w, lamp, y, share);
 }
 
 /* A direction from the patch with the density cos / pi (Malley). */
@@ -207,7 +210,7 @@ static bool go_on(walk *w)
         return false;
     point_of(tracer->patches, &hit, y);
     if (tracer->lights.density[hit.patch] > 0)
-        add_lamp(w, hit.patch, share_of(w, hit.patch, y));
+        add_lamp(w, hit.patch, y, share_of(w, hit.patch, y));
     w->patch = hit.patch;
     memcpy(w->point, y, sizeof y);
     return true;
@@ -248,7 +251,8 @@ hpr_path hpr_tracer_follow(const hpr_tracer *tracer, const hpr_camera_ray *ray, 
                                            ray->far, true, NULL);
     path.covered = hit.patch != HPR_NONE;
     for (size_t c = 0; c < n; c++)
-        radiance[c] = path.covered ? patches->exitance[n * hit.patch + c] : pi * tracer->environment[c];
+        radiance[c] = path.covered ? hpr_patch_exitance(patches, hit.patch, hit.s, hit.t, c)
+                                   : pi * tracer->environment[c];
     if (path.covered && !tracer->dark) {
         walk w = {.tracer = tracer,
                   .random = random,

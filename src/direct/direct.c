@@ -2,6 +2,7 @@
 
 #include "direct/lambert.h"
 #include "direct/visible.h"
+#include "patch/paint.h"
 #include "visibility/views.h"
 
 #include <string.h>
@@ -21,7 +22,7 @@ struct hpr_direct {
     const hpr_elements *elements;
     hpr_visibility *visibility;
     size_t emitter_count;
-    uint32_t *emitter; /* [emitter_count] patches with M > 0 */
+    uint32_t *emitter; /* [emitter_count] patches with a constant M > 0 */
     hpr_convex *light; /* [emitter_count] their outlines */
     sight *sights;     /* [leaf_count][emitter_count] */
     uint32_t *blocker;
@@ -29,8 +30,11 @@ struct hpr_direct {
     double size; /* of the scene */
 };
 
+/* A constant M. */
 static bool emits(const hpr_patches *patches, size_t patch)
 {
+    if (hpr_patch_glow(patches, patch))
+        return false;
     for (size_t c = 0; c < patches->channel_count; c++) {
         if (patches->exitance[patches->channel_count * patch + c] > 0)
             return true;

@@ -115,8 +115,8 @@ struct texture_use {
     double offset[2] = {0, 0};
 };
 texture_use read_texture_use(const tinygltf::TextureInfo &info);
-/* Mean of the whole picture in linear light. */
-rgb texture_mean(texture &tex);
+/* The colour of a texture that has only one, in linear light. */
+std::optional<rgb> only_colour(texture &tex);
 /*
  * Mean over a triangle of texture(uv) * colour, both interpolated from its corners:
  *   2 * integral over the reference triangle of T(u(xi, eta), v(xi, eta)) C(xi, eta)
@@ -131,6 +131,8 @@ rgb texture_triangle_mean(texture &tex, const double uv[3][2], const rgb colour[
 struct material_use {
     std::optional<texture_use> base; /* base colour texture */
     rgb reflectance;                 /* factor, without texture and colour */
+    std::optional<texture_use> glow; /* emissive texture, unless it is of one colour or nothing is emitted */
+    rgb radiance;                    /* factor, W/m2/sr, with a texture of one colour */
 };
 /* Adds all materials in file order, so that indices agree. */
 std::vector<material_use> add_materials(document &doc, texture_set &textures, const hpr_read_options &options,

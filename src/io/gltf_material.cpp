@@ -15,27 +15,27 @@ double emissive_strength(const tinygltf::Material &material)
     return found->second.Get("emissiveStrength").GetNumberAsDouble();
 }
 
-/* emissiveFactor * emissiveStrength is radiance; an emissive texture counts by its mean over the picture. */
-rgb emitted_radiance(document &doc, texture_set &textures, const tinygltf::Material &material,
-                     size_t &textured_count)
+/* emissiveFactor * emissiveStrength is radiance. */
+void read_emission(document &doc, texture_set &textures, const tinygltf::Material &material,
+                   material_use &use)
 {
-    rgb out;
     double strength = emissive_strength(material);
     bool dark = true;
     for (size_t c = 0; c < 3; c++) {
-        out[c] = material.emissiveFactor[c] * strength;
-        dark = dark && out[c] == 0;
+        use.radiance[c] = material.emissiveFactor[c] * strength;
+        dark = dark && use.radiance[c] == 0;
     }
     if (dark || material.emissiveTexture.index < 0)
-        return out;
-    textured_count++;
-    rgb mean = texture_mean(textures.open(material.emissiveTexture.index));
-    hpr_count(doc.context, HPR_COUNT_TEXTURES, 1);
-    for (size_t c = 0; c < 3; c++)
-        out[c] *= mean[c];
+        return;
+    std::optional<rgb> colour = only_colour(textures.open(material.emissiveTexture.index));
+    for (size_t c = 0; colour && c < 3; c++)
+        use.radiance[c] *= (*colour)[c];
+    if (colour)
+        hpr_count(doc.context, HPR_COUNT_TEXTURES, 1);
+    else
+        use.glow = read_texture_use(material.emissiveTexture);
     if (hpr_cancelled(doc.context))
         fail(doc, HPR_ERR_INTERRUPTED, "interrupted");
-    return out;
 }
 
 } // namespace
@@ -44,12 +44,11 @@ std::vector<material_use> add_materials(document &doc, texture_set &textures, co
                                         hpr_scene *scene)
 {
     std::vector<material_use> uses;
-    size_t textured_count = 0;
     for (const tinygltf::Material &material : doc.model.materials) {
         const tinygltf::PbrMetallicRoughness &pbr = material.pbrMetallicRoughness;
         double diffuse = options.metallic_black ? 1 - pbr.metallicFactor : 1;
         material_use use;
-        rgb radiance = emitted_radiance(doc, textures, material, textured_count);
+        read_emission(doc, textures, material, use);
         /* The factor itself is what the message of a reflectance above 1 should show. */
         bool legal = true;
         for (size_t c = 0; c < 3; c++) {
@@ -61,13 +60,9 @@ std::vector<material_use> add_materials(document &doc, texture_set &textures, co
         if (pbr.baseColorTexture.index >= 0)
             use.base = read_texture_use(pbr.baseColorTexture);
         check(hpr_scene_add_material(scene, one_line(material.name).c_str(), use.reflectance.data(),
-                                     radiance.data(), material.doubleSided, nullptr));
+                                     use.radiance.data(), material.doubleSided, nullptr));
         uses.push_back(use);
     }
-    if (textured_count)
-        hpr_warn(doc.context,
-                 "%s: emissive textures count by the mean colour of their picture (materials: %zu)",
-                 doc.path.c_str(), textured_count);
     return uses;
 }
 

@@ -15,8 +15,8 @@ const size_t cancel_interval = 256;     /* textured faces between two looks at t
 struct primitive_data {
     bool skipped = false; /* points or lines */
     size_t vertex_count = 0;
-    std::vector<double> position, uv, colour, reflectance; /* empty: none */
-    std::vector<uint32_t> face;                            /* [faces][4], the fourth HPR_NONE */
+    std::vector<double> position, uv, colour, reflectance, glow_uv, radiance; /* empty: none */
+    std::vector<uint32_t> face; /* [faces][4], the fourth HPR_NONE */
 };
 
 struct reader {
@@ -98,27 +98,29 @@ void read_colours(reader &r, const tinygltf::Primitive &primitive, const std::st
     out.colour = read_numbers(r.doc, accessor, 3);
 }
 
-/* Texture coordinates as the base colour texture is sampled with them: its transform included. */
-void read_coordinates(reader &r, const tinygltf::Primitive &primitive, const std::string &where,
-                      const texture_use &use, primitive_data &out)
+/* Texture coordinates as a texture is sampled with them: its transform included. */
+std::vector<double> read_coordinates(reader &r, const tinygltf::Primitive &primitive,
+                                     const std::string &where, const texture_use &use, const char *kind,
+                                     size_t vertex_count)
 {
     std::string name = print("TEXCOORD_%d", use.set);
     int accessor = find_attribute(primitive, name);
     if (accessor < 0)
-        fail(r.doc, HPR_ERR_FORMAT, "%s has no %s, which the base colour texture of material %d is laid on",
-             where.c_str(), name.c_str(), primitive.material);
+        fail(r.doc, HPR_ERR_FORMAT, "%s has no %s, which the %s texture of material %d is laid on",
+             where.c_str(), name.c_str(), kind, primitive.material);
     const tinygltf::Accessor &a = r.doc.model.accessors[static_cast<size_t>(accessor)];
     check_attribute(r.doc, where, name.c_str(), a, {r.doc.quantized, true, r.doc.quantized});
-    check_shape(r.doc, where, name.c_str(), a, TINYGLTF_TYPE_VEC2, out.vertex_count);
-    out.uv = read_numbers(r.doc, accessor, 2);
-    for (size_t i = 0; i < out.vertex_count; i++) {
-        double u = out.uv[2 * i], v = out.uv[2 * i + 1];
+    check_shape(r.doc, where, name.c_str(), a, TINYGLTF_TYPE_VEC2, vertex_count);
+    std::vector<double> uv = read_numbers(r.doc, accessor, 2);
+    for (size_t i = 0; i < vertex_count; i++) {
+        double u = uv[2 * i], v = uv[2 * i + 1];
         for (size_t k = 0; k < 2; k++)
-            out.uv[2 * i + k] = use.offset[k] + use.matrix[k][0] * u + use.matrix[k][1] * v;
-        if (!std::isfinite(out.uv[2 * i] + out.uv[2 * i + 1]))
+            uv[2 * i + k] = use.offset[k] + use.matrix[k][0] * u + use.matrix[k][1] * v;
+        if (!std::isfinite(uv[2 * i] + uv[2 * i + 1]))
             fail(r.doc, HPR_ERR_FORMAT, "%s: %s of vertex %zu is (%g, %g)", where.c_str(), name.c_str(), i, u,
                  v);
     }
+    return uv;
 }
 
 void add_face(const std::vector<uint32_t> &index, size_t a, size_t b, size_t c, primitive_data &out)
@@ -152,6 +154,21 @@ void read_faces(reader &r, const tinygltf::Primitive &primitive, const std::stri
     }
 }
 
+/* Mean over a face of the texture times a colour, given at the corners. */
+rgb average_texture(reader &r, texture &tex, const primitive_data &from, size_t f,
+                    const std::vector<double> &at, const rgb corner[3])
+{
+    double uv[3][2];
+    for (size_t k = 0; k < 3; k++) {
+        for (size_t a = 0; a < 2; a++)
+            uv[k][a] = at[2 * from.face[4 * f + k] + a];
+    }
+    hpr_count(r.doc.context, HPR_COUNT_TEXTURES, 1);
+    if (f % cancel_interval == 0 && hpr_cancelled(r.doc.context))
+        fail(r.doc, HPR_ERR_INTERRUPTED, "interrupted");
+    return texture_triangle_mean(tex, uv, corner);
+}
+
 /* Mean of factor * colour * texture over each face. */
 void average_reflectance(reader &r, const tinygltf::Primitive &primitive, primitive_data &out)
 {
@@ -164,23 +181,27 @@ void average_reflectance(reader &r, const tinygltf::Primitive &primitive, primit
     }
     for (size_t f = 0; f < out.face.size() / 4; f++) {
         rgb corner[3], mean = {0, 0, 0};
-        double uv[3][2];
         for (size_t k = 0; k < 3; k++) {
             size_t v = out.face[4 * f + k];
             for (size_t c = 0; c < 3; c++) {
                 corner[k][c] = factor[c] * (out.colour.empty() ? 1 : out.colour[3 * v + c]);
                 mean[c] += corner[k][c] / 3;
             }
-            for (size_t a = 0; tex && a < 2; a++)
-                uv[k][a] = out.uv[2 * v + a];
         }
-        if (tex) {
-            mean = texture_triangle_mean(*tex, uv, corner);
-            hpr_count(r.doc.context, HPR_COUNT_TEXTURES, 1);
-        }
+        if (tex)
+            mean = average_texture(r, *tex, out, f, out.uv, corner);
         out.reflectance.insert(out.reflectance.end(), mean.begin(), mean.end());
-        if (f % cancel_interval == 0 && hpr_cancelled(r.doc.context))
-            fail(r.doc, HPR_ERR_INTERRUPTED, "interrupted");
+    }
+}
+
+/* Mean of factor * emissive texture over each face. */
+void average_radiance(reader &r, const material_use &use, primitive_data &out)
+{
+    texture &tex = r.textures.open(use.glow->index);
+    const rgb corner[3] = {use.radiance, use.radiance, use.radiance};
+    for (size_t f = 0; f < out.face.size() / 4; f++) {
+        rgb mean = average_texture(r, tex, out, f, out.glow_uv, corner);
+        out.radiance.insert(out.radiance.end(), mean.begin(), mean.end());
     }
 }
 
@@ -196,14 +217,17 @@ primitive_data read_primitive(reader &r, const tinygltf::Primitive &primitive, c
     }
     read_positions(r, primitive, where, out);
     read_colours(r, primitive, where, out);
-    if (primitive.material >= 0) {
-        const material_use &use = r.materials[static_cast<size_t>(primitive.material)];
-        if (use.base)
-            read_coordinates(r, primitive, where, *use.base, out);
-    }
+    const material_use *use =
+        primitive.material >= 0 ? &r.materials[static_cast<size_t>(primitive.material)] : nullptr;
+    if (use && use->base)
+        out.uv = read_coordinates(r, primitive, where, *use->base, "base colour", out.vertex_count);
+    if (use && use->glow)
+        out.glow_uv = read_coordinates(r, primitive, where, *use->glow, "emissive", out.vertex_count);
     read_faces(r, primitive, where, out);
     if (!out.uv.empty() || !out.colour.empty())
         average_reflectance(r, primitive, out);
+    if (use && use->glow)
+        average_radiance(r, *use, out);
     return out;
 }
 
@@ -227,6 +251,8 @@ void place_primitive(const primitive_data &from, const matrix &world, hpr_mesh &
     mesh.colour = from.colour.empty() ? nullptr : from.colour.data();
     mesh.face_count = face.size() / 4;
     mesh.vertex = face.data();
+    mesh.glow_uv = from.glow_uv.empty() ? nullptr : from.glow_uv.data();
+    mesh.face_radiance = from.radiance.empty() ? nullptr : from.radiance.data();
     mesh.face_reflectance = from.reflectance.empty() ? nullptr : from.reflectance.data();
     check(hpr_scene_add_mesh(scene, &mesh));
 }
@@ -241,15 +267,17 @@ std::vector<primitive_data> read_mesh(reader &r, size_t index)
     return out;
 }
 
-void set_texture(texture_set &textures, const material_use &use, hpr_scene *scene, hpr_mesh &mesh)
+void set_textures(texture_set &textures, const material_use &use, hpr_scene *scene, hpr_mesh &mesh)
 {
-    if (!use.base)
-        return;
-    std::optional<uint32_t> texture = textures.hand_on(use.base->index, scene);
-    if (!texture)
-        return;
-    mesh.texture = *texture;
-    mesh.factor = use.reflectance.data();
+    std::optional<uint32_t> base, glow;
+    if (use.base)
+        base = textures.hand_on(use.base->index, scene);
+    if (use.glow)
+        glow = textures.hand_on(use.glow->index, scene);
+    mesh.texture = base.value_or(HPR_NONE);
+    mesh.factor = base ? use.reflectance.data() : nullptr;
+    mesh.glow_texture = glow.value_or(HPR_NONE);
+    mesh.glow_factor = glow ? use.radiance.data() : nullptr;
 }
 
 } // namespace
@@ -280,7 +308,7 @@ void add_meshes(document &doc, texture_set &textures, const std::vector<material
             add.primitive = static_cast<uint32_t>(p);
             add.material = material < 0 ? HPR_NONE : static_cast<uint32_t>(material);
             if (material >= 0)
-                set_texture(textures, materials[static_cast<size_t>(material)], scene, add);
+                set_textures(textures, materials[static_cast<size_t>(material)], scene, add);
             place_primitive(cache[m][p], place.world, add, scene);
         }
     }

@@ -276,20 +276,11 @@ std::optional<uint32_t> texture_set::hand_on(int index, hpr_scene *scene)
     return tex.scene_index;
 }
 
-rgb texture_mean(texture &tex)
+std::optional<rgb> only_colour(texture &tex)
 {
-    const level &base = tex.at_level(0);
-    rgb sum = {0, 0, 0};
-    for (int y = 0; y < base.height; y++) {
-        for (int x = 0; x < base.width; x++) {
-            rgb value = base.at(x, y);
-            for (size_t c = 0; c < 3; c++)
-                sum[c] += value[c];
-        }
-    }
-    for (double &value : sum)
-        value /= static_cast<double>(base.width) * base.height;
-    return sum;
+    if (!tex.uniform)
+        return std::nullopt;
+    return tex.at_level(0).at(0, 0);
 }
 
 texture_use read_texture_use(const tinygltf::TextureInfo &info)

@@ -1,16 +1,17 @@
 /*
  * The tables of the extension HPRAD_radiosity that its writer and its reader share, and what it holds.
  *
- * The extension stands at the root of the glTF, version 5, or 4 if there are no textures, 3 if also no
- * quadrilaterals; a newer one is refused. Version 1 has no environment, version 2 no links, solver or errors
- * of blocks in the summary. Lengths are in metres, light in SI units per channel. It holds no times: the same
- * solution gives the same bytes. An array is an object {bufferView, componentType, components, count}:
- * `count` items of `components` little-endian numbers (uint8, uint32, uint64, float64, float32), tightly
- * packed in that buffer view, which begins at a multiple of 8 bytes in the file; an empty array has no buffer
- * view. 4294967295 means "none". Numbers in the JSON that are not finite are the texts "NaN", "Infinity",
+ * The extension stands at the root of the glTF, version 6, or 5 if there are no emissive textures, 4
+ * if there are none at all, 3 if also no quadrilaterals; a newer one is refused. Version 1 has no
+ * environment, version 2 no links, solver or errors of blocks in the summary. Lengths are in metres, light in
+ * SI units per channel. It holds no times: the same solution gives the same bytes. An array is an object
+ * {bufferView, componentType, components, count}: `count` items of `components` little-endian numbers (uint8,
+ * uint32, uint64, float64, float32), tightly packed in that buffer view, which begins at a multiple of 8
+ * bytes in the file; an empty array has no buffer view. 4294967295 means "none". Numbers in the JSON that are
+ * not finite are the texts "NaN", "Infinity",
  * "-Infinity".
  *
- * - version: 3 to 5. scene: the file's name. channels: their names, mostly R, G, B. exposure: see the end
+ * - version: 3 to 6. scene: the file's name. channels: their names, mostly R, G, B. exposure: see the end
  * - environment: the radiance from outside, W/m2/sr, one number per channel
  * - patches.count: one per side of a surface; .degenerateCount, .duplicateCount: faces that were left out
  * - patches.shape, .side (uint8): 0 parallelogram, 1 triangle, 2 quadrilateral; 1 for the back of a
@@ -27,6 +28,8 @@
  * - patches.texture (uint32, version 5): its texture, or none; .textureMap (6 float64), .tint (3 times one
  *   float64 per channel): rho(s,t) = (tint0 + s tint1 + t tint2) texture(u, v), at most 1, with
  *   (u, v) = map0 + s map1 + t map2, 0 to 1 over the picture, whose first row of texels is at v = 0
+ * - patches.glowTexture (uint32, version 6): its emissive texture, or none; .glowMap (6 float64), .glow
+ * (float64 per channel): M(s,t) = glow texture(u, v) in W/m2, of which exitance is the mean
  * - elements.count, .leafCount: nodes and leaves of the patches' binary trees; node i < patches.count is the
  *   root of patch i
  * - elements.patch, .child (uint32): its patch; the first of two consecutive children, none for a leaf
@@ -60,7 +63,8 @@
 
 #define HPR_EXTENSION_NAME "HPRAD_radiosity"
 enum {
-    HPR_EXTENSION_VERSION = 5,
+    HPR_EXTENSION_VERSION = 6,
+    HPR_EXTENSION_VERSION_WITHOUT_GLOW = 5,
     HPR_EXTENSION_VERSION_WITHOUT_TEXTURES = 4,
     HPR_EXTENSION_VERSION_WITHOUT_QUADRILATERALS = 3
 };

@@ -7,7 +7,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { PATCH_COLUMNS = 3, TEXTURES_SINCE = 5, MOST_TEXELS = 1 << 26 };
+enum { PATCH_COLUMNS = 6, TEXTURES_SINCE = 5, GLOW_SINCE = 6, MOST_TEXELS = 1 << 26 };
 
 /* What a patch has of its own; paint may be NULL. */
 static void patch_columns(const hpr_patches *patches, hpr_column columns[PATCH_COLUMNS])
@@ -18,6 +18,9 @@ static void patch_columns(const hpr_patches *patches, hpr_column columns[PATCH_C
         {"patches", "texture", HPR_UINT32, 1, count, false, TEXTURES_SINCE, paint ? &paint->of_patch : NULL},
         {"patches", "textureMap", HPR_FLOAT64, 6, count, false, TEXTURES_SINCE, paint ? &paint->map : NULL},
         {"patches", "tint", HPR_FLOAT64, 3 * n, count, false, TEXTURES_SINCE, paint ? &paint->tint : NULL},
+        {"patches", "glowTexture", HPR_UINT32, 1, count, false, GLOW_SINCE, paint ? &paint->glow_of : NULL},
+        {"patches", "glowMap", HPR_FLOAT64, 6, count, false, GLOW_SINCE, paint ? &paint->glow_map : NULL},
+        {"patches", "glow", HPR_FLOAT64, n, count, false, GLOW_SINCE, paint ? &paint->glow : NULL},
     };
     memcpy(columns, all, sizeof all);
 }
@@ -51,8 +54,10 @@ hpr_status hpr_solution_write_paint(hpr_glb_builder *glb, cJSON *extension, cons
     hpr_column columns[PATCH_COLUMNS];
     patch_columns(patches, columns);
     cJSON *group = cJSON_GetObjectItemCaseSensitive(extension, "patches");
-    for (size_t i = 0; status == HPR_OK && i < PATCH_COLUMNS; i++)
-        status = hpr_column_write(glb, group, columns + i);
+    for (size_t i = 0; status == HPR_OK && i < PATCH_COLUMNS; i++) {
+        if (columns[i].since < GLOW_SINCE || hpr_patches_glow(patches))
+            status = hpr_column_write(glb, group, columns + i);
+    }
     return status;
 }
 
@@ -103,13 +108,20 @@ static hpr_status check_paint(const hpr_glb *glb, const hpr_patches *patches)
             sound = sound && isfinite(paint->map[6 * i + k]);
         for (size_t k = 0; k < n; k++)
             sound = sound && isfinite(paint->tint[n * i + k]);
+        sound = sound && (paint->glow_of[i] == HPR_NONE || paint->glow_of[i] < paint->texture_count);
+        for (size_t k = 0; k < 6; k++)
+            sound = sound && isfinite(paint->glow_map[6 * i + k]);
+        for (size_t k = 0; k < patches->channel_count; k++)
+            sound = sound && isfinite(paint->glow[patches->channel_count * i + k]) &&
+                    paint->glow[patches->channel_count * i + k] >= 0;
         if (!sound)
             return broken(glb, "the texture of patch", i);
     }
     return HPR_OK;
 }
 
-static hpr_status take_patches(const hpr_glb *glb, const cJSON *extension, const hpr_patches *patches)
+static hpr_status take_patches(const hpr_glb *glb, const cJSON *extension, size_t version,
+                               const hpr_patches *patches)
 {
     hpr_column columns[PATCH_COLUMNS];
     patch_columns(patches, columns);
@@ -117,7 +129,7 @@ static hpr_status take_patches(const hpr_glb *glb, const cJSON *extension, const
     for (size_t i = 0; i < PATCH_COLUMNS; i++) {
         const unsigned char *data;
         size_t bytes;
-        hpr_status status = hpr_column_find(glb, group, HPR_EXTENSION_VERSION, columns + i, &data, &bytes);
+        hpr_status status = hpr_column_find(glb, group, version, columns + i, &data, &bytes);
         if (status != HPR_OK)
             return status;
         void *array;
@@ -149,5 +161,5 @@ hpr_status hpr_solution_read_paint(const hpr_glb *glb, const cJSON *extension, s
     if (status == HPR_OK)
         status = hpr_paint_create(patches, count, texture);
     hpr_release(glb->context, texture);
-    return status == HPR_OK ? take_patches(glb, extension, patches) : status;
+    return status == HPR_OK ? take_patches(glb, extension, version, patches) : status;
 }

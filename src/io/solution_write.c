@@ -46,6 +46,7 @@
 #include "io/solution_column.h"
 #include "io/solution_mesh.h"
 #include "io/solution_paint.h"
+#include "patch/paint.h"
 
 #include <hprad/version.h>
 #include <math.h>
@@ -239,11 +240,13 @@ static void add_exact_cameras(cJSON *extension, const hpr_solution *solution, bo
     }
 }
 
-/* Older readers can take what has no textures or quadrilaterals. */
+/* Older readers can take what has no emissive textures, no textures or no quadrilaterals. */
 static size_t version_of(const hpr_solution *solution)
 {
-    if (solution->patches->paint)
+    if (hpr_patches_glow(solution->patches))
         return HPR_EXTENSION_VERSION;
+    if (solution->patches->paint)
+        return HPR_EXTENSION_VERSION_WITHOUT_GLOW;
     for (size_t i = 0; i < solution->patches->count; i++) {
         if (solution->patches->shape[i] == HPR_SHAPE_QUADRILATERAL)
             return HPR_EXTENSION_VERSION_WITHOUT_TEXTURES;

@@ -22,7 +22,6 @@ typedef struct worker {
     hpr_element_frame *frame;
     uint8_t *kind;
     uint64_t counts[HPR_COUNTER_COUNT];
-    double sampled_error;
 } worker;
 
 typedef struct assembly {
@@ -40,7 +39,6 @@ typedef struct assembly {
     uint8_t *verdict; /* [patches][patches] hpr_verdict, upper triangle */
     hpr_blocked blocked;
     double *left_out2; /* [link_count] square of what a link leaves out, 0 where that is unknown */
-    double *sampled2;  /* [link_count] what rays add to the square of the error */
 } assembly;
 
 static size_t node_count(const assembly *a)
@@ -194,9 +192,27 @@ static hpr_status make_links(assembly *a, const hpr_links_demand *demand)
         status = hpr_allocate_into(a->context, &a->left_out2, links->count, sizeof(double), "links");
     if (status == HPR_OK)
         status = hpr_allocate_into(a->context, &links->note, links->count, sizeof *links->note, "links");
-    if (status == HPR_OK)
-        status = hpr_allocate_into(a->context, &a->sampled2, links->count, sizeof(double), "links");
     return status;
+}
+
+/* Of pairs of patches that see partly, some of which are looked at: the same at any step of a series. */
+static double sum_spread(const assembly *a)
+{
+    enum { LOOKED_AT = 10000 };
+    size_t n = a->patches->count, partly = 0, seen = 0, looked_at = 0;
+    double sum = 0;
+    for (size_t i = 0; i < n * n; i++)
+        partly += a->verdict[i] == HPR_SEES_PARTLY && i / n < i % n;
+    size_t stride = 1 + partly / LOOKED_AT;
+    for (size_t i = 0; i < n * n; i++) {
+        if (a->verdict[i] != HPR_SEES_PARTLY || i / n >= i % n || seen++ % stride)
+            continue;
+        const hpr_element_frame recv = hpr_tree_frame(a->links->tree, i / n, 0),
+                                send = hpr_tree_frame(a->links->tree, i % n, 0);
+        sum += hpr_blocked_spread(&recv, &send, a->links->area_m2);
+        looked_at++;
+    }
+    return looked_at ? sum * (double)partly / (double)looked_at : 0;
 }
 
 /* What clipping would take: links that see partly, and the blockers of some of their pairs of patches. */
@@ -217,6 +233,7 @@ static hpr_blocked_load estimate_load(assembly *a, double tolerance)
         looked_at++;
     }
     return (hpr_blocked_load){.pair_count = links->partly_count,
+                              .spread = sum_spread(a),
                               .blocker_count = looked_at ? blockers / (double)looked_at : 0,
                               .area_m2 = links->area_m2,
                               .asked = tolerance};
@@ -280,11 +297,11 @@ static void integrate_far(const assembly *a, worker *w, const hpr_block_task *ta
     w->counts[HPR_COUNT_KERNEL] += result.kernel_count;
 }
 
-/* The link as it was before, if its block was clipped: rays have an error that is not kept. */
+/* The link as it was before. */
 static const hpr_link *find_known(const assembly *a, const piece *p)
 {
     const hpr_links *known = a->known;
-    if (!known || known->sampling_error > 0 || p->recv >= known->row_count || p->send >= known->row_count)
+    if (!known || p->recv >= known->row_count || p->send >= known->row_count)
         return NULL;
     for (size_t i = known->row[p->recv]; i < known->row[p->recv + 1]; i++) {
         const hpr_link *old = &known->link[known->row_link[i]];
@@ -303,6 +320,8 @@ static void integrate_near(const assembly *a, worker *w, hpr_block_task *task, c
         const hpr_link_note *old = &a->known->note[known - a->known->link];
         memcpy(p->block, a->known->block + known->offset, hpr_link_size(a->known, known) * sizeof *p->block);
         note->error = fmax(note->error, old->error);
+        note->sampled_error = fmax(note->sampled_error, old->sampled_error);
+        note->sampled2 += old->sampled2;
         note->short_count += old->short_count;
         return;
     }
@@ -321,10 +340,10 @@ static void integrate_near(const assembly *a, worker *w, hpr_block_task *task, c
     w->counts[HPR_COUNT_SHORT] += result.status == HPR_BLOCK_SHORT;
     w->counts[HPR_COUNT_ROUNDED] += result.status == HPR_BLOCK_ROUNDED;
     w->counts[HPR_COUNT_SAMPLED] += result.status == HPR_BLOCK_SAMPLED;
-    double *error = result.status == HPR_BLOCK_SAMPLED ? &w->sampled_error : &note->error;
+    double *error = result.status == HPR_BLOCK_SAMPLED ? &note->sampled_error : &note->error;
     *error = fmax(*error, result.error);
     note->short_count += result.status == HPR_BLOCK_SHORT;
-    a->sampled2[p->link] += hpr_blocked_error2(&a->blocked, task, &result);
+    note->sampled2 += hpr_blocked_error2(&a->blocked, task, &result);
 }
 
 static void integrate_piece(const assembly *a, worker *w, const piece *p)
@@ -472,7 +491,7 @@ static void integrate_all(assembly *a)
     double left_out2 = 0, sampled2 = 0;
     for (size_t l = 0; l < count; l++) {
         left_out2 += a->left_out2[l];
-        sampled2 += a->sampled2[l];
+        sampled2 += a->links->note[l].sampled2;
     }
     a->links->link_error = sqrt(left_out2);
     a->links->sampling_error = sqrt(sampled2);
@@ -498,6 +517,7 @@ static void sum_notes(hpr_links *links)
     for (size_t l = 0; l < links->count; l++) {
         links->short_count += links->note[l].short_count;
         links->block_error = fmax(links->block_error, links->note[l].error);
+        links->sampled_error = fmax(links->sampled_error, links->note[l].sampled_error);
     }
 }
 
@@ -507,7 +527,6 @@ static void close_workers(assembly *a)
         worker *w = &a->workers[t];
         for (int c = 0; c < HPR_COUNTER_COUNT; c++)
             hpr_count(a->context, (hpr_counter)c, w->counts[c]);
-        a->links->sampled_error = fmax(a->links->sampled_error, w->sampled_error);
         hpr_between_fini(&w->between);
         hpr_block_scratch_destroy(&w->scratch);
         hpr_release(a->context, w->far_scratch);
@@ -566,7 +585,6 @@ hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *
     hpr_far_destroy(&a.far);
     hpr_release(ctx, a.verdict);
     hpr_release(ctx, a.left_out2);
-    hpr_release(ctx, a.sampled2);
     if (status != HPR_OK)
         hpr_links_destroy(&a.links);
     *out = a.links;

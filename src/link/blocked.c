@@ -19,6 +19,8 @@ hpr_blocked hpr_blocked_plan(const hpr_blocked_load *load)
             blocked.tolerance = level[k].tolerance;
     }
     double clipped = blocked.tolerance > 0 ? blocked.tolerance : by_rays;
+    if (load->asked > 0)
+        blocked.rays = load->spread / (load->asked * load->asked);
     blocked.open_tolerance = load->asked > 0 ? load->asked : fmax(part_if_open * clipped, tightest_if_open);
     return blocked;
 }
@@ -35,28 +37,48 @@ static double longest_side(const hpr_element_frame *frame)
                 fmax(hpr_length(hpr_sub(across, frame->edge1)), hpr_length(hpr_sub(across, frame->edge2))));
 }
 
+static double distance_between(const hpr_element_frame *a, const hpr_element_frame *b)
+{
+    const hpr_cell cell[2] = {hpr_cell_whole(a), hpr_cell_whole(b)};
+    hpr_vec3 p[4], q[4];
+    int p_count = hpr_cell_corners(a, &cell[0], p), q_count = hpr_cell_corners(b, &cell[1], q);
+    return hpr_polygon_distance(p, p_count, q, q_count);
+}
+
 /* Near pairs need so many cells for the kernel that the rays between all their points cost more than
  * clipping. */
 static bool is_near(const hpr_element_frame *a, const hpr_element_frame *b)
 {
     static const double near = 0.5; /* of the longest side of the smaller one */
-    const hpr_cell cell[2] = {hpr_cell_whole(a), hpr_cell_whole(b)};
-    hpr_vec3 p[4], q[4];
-    int p_count = hpr_cell_corners(a, &cell[0], p), q_count = hpr_cell_corners(b, &cell[1], q);
-    return hpr_polygon_distance(p, p_count, q, q_count) < near * fmin(longest_side(a), longest_side(b));
+    return distance_between(a, b) < near * fmin(longest_side(a), longest_side(b));
+}
+
+double hpr_blocked_spread(const hpr_element_frame *recv, const hpr_element_frame *send, double area_m2)
+{
+    static const double pi = 3.14159265358979323846;
+    double distance = distance_between(recv, send), r = recv->area_m2, s = send->area_m2;
+    double far = sqrt(r * s) / (pi * distance * distance), near = sqrt(fmin(r, s) / fmax(r, s));
+    return fmin(far, near) / 2 * sqrt((r + s) / area_m2);
 }
 
 void hpr_blocked_decide(const hpr_blocked *blocked, double recv_m2, double send_m2, hpr_block_task *task)
 {
+    static const double few = 16, roughly = 0.3; /* rays; the kernel, where few rays meet it */
     bool parts = task->recv_part_count || task->send_part_count;
     if (!task->blocker_count && !parts)
         return;
-    bool clip = task->blocker_count <= HPR_CLIP_BLOCKERS &&
-                (blocked->tolerance > 0 || is_near(&task->recv, &task->send));
+    bool near = is_near(&task->recv, &task->send);
+    double rays = blocked->rays * hpr_blocked_spread(&task->recv, &task->send, blocked->area_m2);
+    bool drowns = blocked->rays > 0 && rays <= few && !near && !parts;
+    bool clip = task->blocker_count <= HPR_CLIP_BLOCKERS && (blocked->tolerance > 0 || near) && !drowns;
     double tolerance = clip && blocked->tolerance > 0 ? blocked->tolerance : by_rays;
     task->clip = clip || !task->blocker_count;
     if (task->clip)
         task->tolerance = tolerance;
+    else if (blocked->rays > 0) {
+        task->ray_nodes = 2;
+        task->tolerance = fmin(fmax(task->tolerance, 0.5 / sqrt(rays)), roughly);
+    }
     task->negligible = fmax(task->negligible, tolerance * sqrt(recv_m2 * send_m2) / blocked->area_m2);
 }
 

@@ -10,6 +10,7 @@
 /* What is to be done in all. */
 typedef struct hpr_blocked_load {
     size_t pair_count;    /* pairs of elements that may see each other partly */
+    double spread;        /* sum over pairs of patches that may of hpr_blocked_spread */
     double blocker_count; /* of such a pair, on the average */
     double area_m2;       /* of all patches */
     double asked;         /* tolerance that the user wants, 0: none */
@@ -20,7 +21,14 @@ typedef struct hpr_blocked {
                               0: by rays */
     double open_tolerance; /* of blocks that nothing obstructs */
     double area_m2;
+    double rays; /* of a sampled block, over its hpr_blocked_spread; 0: as its rules have points */
 } hpr_blocked;
+
+/*
+ * What sampling a pair by one ray adds to the error at most, as hpr_blocked_error2 counts it:
+ *   s = K^00 / 2 sqrt((A_r + A_s) / A),   K^00 <= sqrt(A_r A_s) / (pi r^2) and sqrt(smaller / larger area)
+ */
+double hpr_blocked_spread(const hpr_element_frame *recv, const hpr_element_frame *send, double area_m2);
 
 /*
  * Clipping for a point takes about 0.5 + 0.07 b microseconds, b the blockers, and at a tolerance of 1e-6,
@@ -32,10 +40,18 @@ typedef struct hpr_blocked {
 hpr_blocked hpr_blocked_plan(const hpr_blocked_load *load);
 
 /*
- * Sets clip, tolerance and negligible of a task whose blockers and parts are known; recv_m2, send_m2: the
- * open area of the two elements. Without blockers or parts the task is left as it is. A block's error of t
- * sqrt(A_r A_s) / A is one of t A_s / A in the form factor: of one sign in all senders, a relative error of
- * t in the irradiance; in truth they have either sign. So that much is negligible, and for rays 0.03 of it.
+ * Sets clip, tolerance, ray_nodes and negligible of a task whose blockers and parts are known; recv_m2,
+ * send_m2: the open area of the two elements. Without blockers or parts the task is left as it is. A block's
+ * error of t sqrt(A_r A_s) / A is one of t A_s / A in the form factor: of one sign in all senders, a relative
+ * error of t in the irradiance; in truth they have either sign. So that much is negligible, and for rays 0.03
+ * of it.
+ *
+ * Rays err in either sign for certain, and are shared out among all blocks so that few do most: with n_i rays
+ * of block i the square of the error is sum_i s_i^2 / n_i, s_i its spread, and for a given sum of n_i least
+ * if n_i is proportional to s_i. So, where a tolerance t is asked for, n_i = s_i sum_j s_j / t^2, the sum
+ * over pairs of patches: halving an element of each leaves it as it is. Where that is at most 16, a few rays
+ * it is, also instead of clipping; and no sampled block takes a finer rule for the kernel than its rays
+ * deserve.
  */
 void hpr_blocked_decide(const hpr_blocked *blocked, double recv_m2, double send_m2, hpr_block_task *task);
 

@@ -18,6 +18,8 @@ typedef struct hpr_link {
 /* What integrating the blocks of a link told; kept, so that who takes a block over knows it too. */
 typedef struct hpr_link_note {
     double error;         /* largest estimated error of an entry that is not sampled */
+    double sampled_error; /* of one that is */
+    double sampled2;      /* what rays add to the square of the error, see link/blocked.h */
     uint32_t short_count; /* blocks that stopped short of their tolerance */
 } hpr_link_note;
 

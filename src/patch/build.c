@@ -90,8 +90,8 @@ static bool attributes_affine(const builder *b, const uint32_t v[4], const doubl
     const struct {
         const double *value;
         size_t width;
-    } attribute[] = {{scene->uv, 2}, {scene->colour, scene->channel_count}};
-    for (size_t i = 0; i < 2; i++) {
+    } attribute[] = {{scene->uv, 2}, {scene->colour, scene->channel_count}, {scene->glow_uv, 2}};
+    for (size_t i = 0; i < sizeof attribute / sizeof *attribute; i++) {
         size_t n = attribute[i].width;
         for (size_t c = 0; c < n; c++) {
             double a[4], largest = 1;
@@ -299,32 +299,67 @@ static void set_optics(const builder *b, const facet *f, size_t i)
     patches->primitive[i] = scene->mesh_primitive[mesh];
     patches->material[i] = material;
     for (size_t c = 0; c < n; c++) {
-        double rho = scene->face_reflectance[n * f->face + c];
+        double rho = scene->face_reflectance[n * f->face + c],
+               radiance = scene->face_radiance[n * f->face + c];
         if (f->partner != HPR_NONE) {
-            double share = first_share(b, f);
+            double share = first_share(b, f), other = scene->face_radiance[n * f->partner + c];
             rho = share * rho + (1 - share) * scene->face_reflectance[n * f->partner + c];
+            radiance = other == radiance ? radiance : share * radiance + (1 - share) * other;
         }
-        double radiance = material == HPR_NONE ? 0 : scene->material_radiance[n * material + c];
         patches->reflectance[n * i + c] = rho;
         patches->exitance[n * i + c] = 3.14159265358979323846 * radiance;
     }
 }
 
-/* The texture of a patch, affine in its parameters; the back has them exchanged. */
+/* The corners of a patch at (s,t) = (0,0), (1,0) and (0,1); the back has the last two exchanged. */
+typedef struct base {
+    uint32_t at[3];
+} base;
+
+static base base_of(const facet *f, int side)
+{
+    uint32_t first = f->vertex[1], second = f->vertex[f->vertex[3] == HPR_NONE ? 2 : 3];
+    return (base){{f->vertex[0], side ? second : first, side ? first : second}};
+}
+
+/* Texture coordinates, affine in the parameters. */
+static void set_map(const double *uv, const base *corners, double map[6])
+{
+    for (size_t k = 0; k < 3; k++) {
+        for (size_t a = 0; a < 2; a++)
+            map[2 * k + a] = uv[2 * corners->at[k] + a] - (k ? uv[2 * corners->at[0] + a] : 0);
+    }
+}
+
+static void set_glow(const builder *b, const facet *f, size_t i, int side)
+{
+    const hpr_scene *scene = b->scene;
+    hpr_paint *paint = b->patches->paint;
+    uint32_t mesh = scene->face_mesh[f->face];
+    size_t n = scene->channel_count;
+    if (!paint || scene->mesh_glow_texture[mesh] == HPR_NONE)
+        return;
+    const base corners = base_of(f, side);
+    paint->glow_of[i] = scene->mesh_glow_texture[mesh];
+    set_map(scene->glow_uv, &corners, paint->glow_map + 6 * i);
+    for (size_t c = 0; c < n; c++)
+        paint->glow[n * i + c] = 3.14159265358979323846 * scene->mesh_glow_factor[n * mesh + c];
+}
+
 static void set_paint(const builder *b, const facet *f, size_t i, int side)
 {
     const hpr_scene *scene = b->scene;
     hpr_paint *paint = b->patches->paint;
-    uint32_t mesh = scene->face_mesh[f->face], second = f->vertex[f->vertex[3] == HPR_NONE ? 2 : 3];
+    uint32_t mesh = scene->face_mesh[f->face];
     size_t n = scene->channel_count;
     if (!paint || scene->mesh_texture[mesh] == HPR_NONE)
         return;
-    const uint32_t at[3] = {f->vertex[0], side ? second : f->vertex[1], side ? f->vertex[1] : second};
-    double *map = paint->map + 6 * i, *tint = paint->tint + 3 * n * i;
+    const base corners = base_of(f, side);
+    const uint32_t *at = corners.at;
+    double *tint = paint->tint + 3 * n * i;
     paint->of_patch[i] = scene->mesh_texture[mesh];
+    set_map(scene->uv, &corners, paint->map + 6 * i);
     for (size_t k = 0; k < 3; k++) {
-        for (size_t a = 0; a < 2; a++)
-            map[2 * k + a] = scene->uv[2 * at[k] + a] - (k ? scene->uv[2 * at[0] + a] : 0);
         for (size_t c = 0; c < n; c++)
             tint[n * k + c] = scene->mesh_factor[n * mesh + c] *
                               (scene->colour[n * at[k] + c] - (k ? scene->colour[n * at[0] + c] : 0));
@@ -457,6 +492,7 @@ static void make_patches(builder *b, const bool *hidden)
                 set_geometry(b, facet, count, side);
             set_optics(b, facet, count);
             set_paint(b, facet, count, side);
+            set_glow(b, facet, count, side);
             count++;
             made += !dropped;
         }

@@ -45,6 +45,7 @@ typedef struct hpr_block_task {
     size_t blocker_count;
     bool clip;
     uint64_t seed; /* of rays: blocks with different seeds err independently */
+    int ray_nodes; /* along an axis, at least, where rays sample; 0: enough for some three digits */
     /* Convex parts of the elements, in their parameters, that are integrated over instead of all of them, for
      * what else is covered; 0: all. */
     const hpr_polygon *recv_part, *send_part;

@@ -361,7 +361,7 @@ static hpr_rule_demand prepare(evaluation *e, hpr_pair *pair)
         bool parts = task->recv_part_count || task->send_part_count;
         demand.tolerance = fmax(task->tolerance, sampled_tolerance);
         /* parts are many cells, each with nodes of its own */
-        demand.least_nodes = parts ? 2 : degree > 1 ? degree + 2 : 3;
+        demand.least_nodes = task->ray_nodes > 0 ? task->ray_nodes : parts ? 2 : degree > 1 ? degree + 2 : 3;
     } else if (task->blocker_count)
         hpr_block_set_blockers(task, e->scale, pair, e->scratch->blocker);
     pair->recv_part = task->recv_part;

@@ -83,12 +83,11 @@ hpr_status hpr_solution_probe(hpr_context *context, const hpr_solution *solution
         if (found.patch != HPR_NONE) /* rho, until it is used */
             hpr_patch_reflectance(patches, found.patch, found.s, found.t, radiosity + n * i);
         for (size_t c = 0; c < n; c++) {
-            size_t pc = n * found.patch + c;
             if (found.patch == HPR_NONE)
-                irradiance[n * i + c] = NAN;
-            radiosity[n * i + c] = found.patch == HPR_NONE
-                                       ? NAN
-                                       : patches->exitance[pc] + radiosity[n * i + c] * irradiance[n * i + c];
+                irradiance[n * i + c] = radiosity[n * i + c] = NAN;
+            else
+                radiosity[n * i + c] = hpr_patch_exitance(patches, found.patch, found.s, found.t, c) +
+                                       radiosity[n * i + c] * irradiance[n * i + c];
         }
     }
     hpr_reconstruction_fini(&reconstruction);

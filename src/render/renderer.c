@@ -7,6 +7,7 @@
 #include "render/camera.h"
 #include "render/film.h"
 #include "render/filter.h"
+#include "render/footprint.h"
 #include "render/layers.h"
 #include "visibility/visibility.h"
 
@@ -62,14 +63,15 @@ typedef struct work {
     double aspect;
     uint32_t samples;
     const double *place; /* [samples][2] */
-    bool averaged;       /* some layer is a mean over the pixel */
-    bool central;        /* some layer is of the pixel's centre */
+    hpr_sample_view view;
+    bool averaged; /* some layer is a mean over the pixel */
+    bool central;  /* some layer is of the pixel's centre */
 } work;
 
 /* What a thread needs for a pixel. */
 typedef struct scratch {
-    double *irradiance, *indirect, *reflectance; /* [channels] */
-    double *sum;                                 /* [MEAN_COUNT][channels] */
+    double *irradiance, *indirect, *reflectance, *exitance, *room; /* [channels] */
+    double *sum;                                                   /* [MEAN_COUNT][channels] */
 } scratch;
 
 static hpr_hit shoot(const work *w, double x, double y, hpr_camera_ray *ray)
@@ -79,10 +81,21 @@ static hpr_hit shoot(const work *w, double x, double y, hpr_camera_ray *ray)
                                     true, NULL);
 }
 
-/* Adds the radiance B/pi = (M + rho H)/pi of a hit to the first sum, and what the layers show to theirs. */
-static void add_hit(const work *w, const hpr_hit *hit, const scratch *s)
+/* rho and M of a sample at (x,y) of the full picture, in pixels. */
+static void shade(const work *w, const hpr_hit *hit, double x, double y, const scratch *s)
 {
     const hpr_patches *patches = w->renderer->solution->patches;
+    hpr_footprint footprint = {.patch = hit->patch, .s = hit->s, .t = hit->t};
+    if (hpr_patch_texture(patches, hit->patch) || hpr_patch_glow(patches, hit->patch))
+        footprint = hpr_footprint_of(&w->view, x / w->image->full_width, y / w->image->full_height,
+                                     hit->patch, hit->s, hit->t);
+    hpr_footprint_shade(patches, &footprint, s->reflectance, s->exitance, s->room);
+}
+
+/* Adds the radiance B/pi = (M + rho H)/pi of a hit, once it is shaded, to the first sum, and what the layers
+ * show to theirs. */
+static void add_hit(const work *w, const hpr_hit *hit, const scratch *s)
+{
     size_t n = w->image->channel_count;
     double *layer = s->sum + n;
     if (w->averaged)
@@ -90,16 +103,14 @@ static void add_hit(const work *w, const hpr_hit *hit, const scratch *s)
                               s->indirect);
     else
         hpr_reconstruct_point(&w->renderer->reconstruction, hit->patch, hit->s, hit->t, s->irradiance);
-    hpr_patch_reflectance(patches, hit->patch, hit->s, hit->t, s->reflectance);
     for (size_t c = 0; c < n; c++) {
-        size_t i = n * hit->patch + c;
-        s->sum[c] += (patches->exitance[i] + s->reflectance[c] * s->irradiance[c]) / pi;
+        s->sum[c] += (s->exitance[c] + s->reflectance[c] * s->irradiance[c]) / pi;
         if (!w->averaged)
             continue;
         layer[n * HPR_LAYER_IRRADIANCE + c] += s->irradiance[c];
         layer[n * HPR_LAYER_DIRECT + c] += s->irradiance[c] - s->indirect[c];
         layer[n * HPR_LAYER_INDIRECT + c] += s->indirect[c];
-        layer[n * HPR_LAYER_EMISSION + c] += patches->exitance[i] / pi;
+        layer[n * HPR_LAYER_EMISSION + c] += s->exitance[c] / pi;
         layer[n * HPR_LAYER_ALBEDO + c] += s->reflectance[c];
     }
 }
@@ -153,14 +164,15 @@ static void render_pixel(const work *w, int row, int column, const scratch *s)
         s->sum[i] = 0;
     for (uint32_t i = 0; i < w->samples; i++) {
         hpr_camera_ray ray;
-        hpr_hit hit =
-            shoot(w, image->left + column + w->place[2 * i], image->top + row + w->place[2 * i + 1], &ray);
+        double x = image->left + column + w->place[2 * i], y = image->top + row + w->place[2 * i + 1];
+        hpr_hit hit = shoot(w, x, y, &ray);
         if (hit.patch == HPR_NONE) {
             for (size_t c = 0; c < n && environment; c++)
                 s->sum[c] += environment[c];
             continue;
         }
         covered++;
+        shade(w, &hit, x, y, s);
         add_hit(w, &hit, s);
     }
     for (size_t c = 0; c < n; c++)
@@ -196,8 +208,12 @@ static hpr_status render_tiles(const work *w, double *memory, size_t stride)
         if (hpr_cancelled(ctx))
             continue;
         double *own = memory + stride * (size_t)omp_get_thread_num();
-        const scratch s = {
-            .irradiance = own, .indirect = own + n, .reflectance = own + 2 * n, .sum = own + 3 * n};
+        const scratch s = {.irradiance = own,
+                           .indirect = own + n,
+                           .reflectance = own + 2 * n,
+                           .exitance = own + 3 * n,
+                           .room = own + 4 * n,
+                           .sum = own + 5 * n};
         render_tile(w, tile, across, &s);
 #pragma omp critical(hpr_render_progress)
         hpr_stage_progress(ctx, (double)++done / tiles);
@@ -245,7 +261,7 @@ static hpr_status render_film(const hpr_renderer *renderer, const hpr_camera *ca
     hpr_context *ctx = renderer->context;
     uint32_t means = (1u << (HPR_LAYER_ALBEDO + 1)) - 1;
     size_t stride =
-        ((3 + MEAN_COUNT) * image->channel_count + 15) / 16 * 16; /* threads share no cache line */
+        ((5 + MEAN_COUNT) * image->channel_count + 15) / 16 * 16; /* threads share no cache line */
     double *memory = NULL, *place = NULL;
     hpr_status status = hpr_allocate_into(ctx, &memory, (size_t)hpr_context_threads(ctx),
                                           stride * sizeof *memory, "rendering");
@@ -253,10 +269,17 @@ static hpr_status render_film(const hpr_renderer *renderer, const hpr_camera *ca
         status = hpr_allocate_into(ctx, &place, samples, 2 * sizeof *place, "rendering");
     if (status == HPR_OK) {
         hpr_filter_places(view->filter, view->filter_width, samples, place);
+        double aspect = (double)image->full_width / image->full_height;
+        double wide = (view->filter_width > 0 ? view->filter_width : 1) / sqrt(samples); /* pixels */
         const work w = {.renderer = renderer,
                         .camera = camera,
                         .image = image,
-                        .aspect = (double)image->full_width / image->full_height,
+                        .aspect = aspect,
+                        .view = {.patches = renderer->solution->patches,
+                                 .camera = camera,
+                                 .aspect = aspect,
+                                 .across = wide / image->full_width,
+                                 .down = wide / image->full_height},
                         .samples = samples,
                         .place = place,
                         .averaged = (view->layers & means) != 0,

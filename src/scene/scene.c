@@ -67,6 +67,10 @@ void hpr_scene_destroy(hpr_scene **out)
                       scene->position,
                       scene->material_reflectance,
                       scene->material_radiance,
+                      scene->glow_uv,
+                      scene->mesh_glow_texture,
+                      scene->mesh_glow_factor,
+                      scene->face_radiance,
                       scene->uv,
                       scene->colour,
                       scene->mesh_name,
@@ -188,6 +192,13 @@ static hpr_status check_mesh(const hpr_scene *scene, const hpr_mesh *mesh)
                 mesh->material == HPR_NONE ? "" : scene->material[mesh->material].name, i / n, rho,
                 scene->channel_name[i % n]);
     }
+    for (size_t i = 0; mesh->face_radiance && i < n * mesh->face_count; i++) {
+        if (!(mesh->face_radiance[i] >= 0) || !isfinite(mesh->face_radiance[i]))
+            return hpr_fail(ctx, HPR_ERR_FORMAT,
+                            "%s: node %u, primitive %u: face %zu emits the radiance %g in channel %s",
+                            scene->path, mesh->node, mesh->primitive, i / n, mesh->face_radiance[i],
+                            scene->channel_name[i % n]);
+    }
     return HPR_OK;
 }
 
@@ -199,21 +210,24 @@ static hpr_status reserve_mesh(hpr_scene *scene, const hpr_mesh *mesh)
         scene->face_count + mesh->face_count >= HPR_NONE)
         return hpr_fail(ctx, HPR_ERR_UNSUPPORTED, "%s: more than 2^32 - 2 vertices or faces", scene->path);
     const column meshes[] = {
-        {&scene->mesh_name, sizeof(char *)},        {&scene->mesh_node, sizeof(uint32_t)},
-        {&scene->mesh_primitive, sizeof(uint32_t)}, {&scene->mesh_material, sizeof(uint32_t)},
-        {&scene->mesh_texture, sizeof(uint32_t)},   {&scene->mesh_factor, n * sizeof(double)}};
+        {&scene->mesh_name, sizeof(char *)},           {&scene->mesh_node, sizeof(uint32_t)},
+        {&scene->mesh_primitive, sizeof(uint32_t)},    {&scene->mesh_material, sizeof(uint32_t)},
+        {&scene->mesh_texture, sizeof(uint32_t)},      {&scene->mesh_factor, n * sizeof(double)},
+        {&scene->mesh_glow_texture, sizeof(uint32_t)}, {&scene->mesh_glow_factor, n * sizeof(double)}};
     const column vertices[] = {{&scene->position, 3 * sizeof(double)},
                                {&scene->uv, 2 * sizeof(double)},
-                               {&scene->colour, n * sizeof(double)}};
+                               {&scene->colour, n * sizeof(double)},
+                               {&scene->glow_uv, 2 * sizeof(double)}};
     const column faces[] = {{&scene->face_vertex, 4 * sizeof(uint32_t)},
                             {&scene->face_mesh, sizeof(uint32_t)},
-                            {&scene->face_reflectance, n * sizeof(double)}};
-    hpr_status status = grow_columns(ctx, meshes, 6, &scene->mesh_capacity, scene->mesh_count + 1);
+                            {&scene->face_reflectance, n * sizeof(double)},
+                            {&scene->face_radiance, n * sizeof(double)}};
+    hpr_status status = grow_columns(ctx, meshes, 8, &scene->mesh_capacity, scene->mesh_count + 1);
     if (status == HPR_OK)
         status =
-            grow_columns(ctx, vertices, 3, &scene->vertex_capacity, scene->vertex_count + mesh->vertex_count);
+            grow_columns(ctx, vertices, 4, &scene->vertex_capacity, scene->vertex_count + mesh->vertex_count);
     if (status == HPR_OK)
-        status = grow_columns(ctx, faces, 3, &scene->face_capacity, scene->face_count + mesh->face_count);
+        status = grow_columns(ctx, faces, 4, &scene->face_capacity, scene->face_count + mesh->face_count);
     return status;
 }
 
@@ -222,8 +236,10 @@ static void append_vertices(hpr_scene *scene, const hpr_mesh *mesh)
     size_t n = scene->channel_count, v0 = scene->vertex_count;
     for (size_t v = 0; v < mesh->vertex_count; v++) {
         memcpy(scene->position + 3 * (v0 + v), mesh->position + 3 * v, 3 * sizeof(double));
-        for (size_t a = 0; a < 2; a++)
+        for (size_t a = 0; a < 2; a++) {
             scene->uv[2 * (v0 + v) + a] = mesh->uv ? mesh->uv[2 * v + a] : NAN;
+            scene->glow_uv[2 * (v0 + v) + a] = mesh->glow_uv ? mesh->glow_uv[2 * v + a] : NAN;
+        }
         for (size_t c = 0; c < n; c++)
             scene->colour[n * (v0 + v) + c] = mesh->colour ? mesh->colour[n * v + c] : 1;
     }
@@ -245,6 +261,10 @@ static void append_faces(hpr_scene *scene, const hpr_mesh *mesh, size_t first_ve
                          : mesh->material == HPR_NONE ? default_reflectance
                                                       : scene->material_reflectance[n * mesh->material + c];
             scene->face_reflectance[n * (f0 + f) + c] = fmin(rho, 1);
+            scene->face_radiance[n * (f0 + f) + c] = mesh->face_radiance ? mesh->face_radiance[n * f + c]
+                                                     : mesh->material == HPR_NONE
+                                                         ? 0
+                                                         : scene->material_radiance[n * mesh->material + c];
         }
     }
     scene->face_count += mesh->face_count;
@@ -270,6 +290,9 @@ hpr_status hpr_scene_add_mesh(hpr_scene *scene, const hpr_mesh *mesh)
     scene->mesh_texture[m] = mesh->factor ? mesh->texture : HPR_NONE;
     for (size_t c = 0; mesh->factor && c < scene->channel_count; c++)
         scene->mesh_factor[scene->channel_count * m + c] = mesh->factor[c];
+    scene->mesh_glow_texture[m] = mesh->glow_factor ? mesh->glow_texture : HPR_NONE;
+    for (size_t c = 0; mesh->glow_factor && c < scene->channel_count; c++)
+        scene->mesh_glow_factor[scene->channel_count * m + c] = mesh->glow_factor[c];
     scene->mesh_count++;
     return HPR_OK;
 }

@@ -41,6 +41,7 @@ typedef struct hpr_mesh {
     const double *position; /* [vertex_count][3], world */
     const double *uv;       /* [vertex_count][2] or NULL: none */
     const double *colour;   /* [vertex_count][channels] or NULL: all ones */
+    const double *glow_uv;  /* [vertex_count][2] or NULL: none */
     size_t face_count;
     const uint32_t *vertex; /* [face_count][4], counter-clockwise from the front; [3] = HPR_NONE: triangle */
     const double *face_reflectance; /* [face_count][channels]: area mean of rho, textures and colours
@@ -48,6 +49,11 @@ typedef struct hpr_mesh {
     uint32_t texture;               /* index, if there is a factor */
     const double *factor; /* [channels] rho = factor * colour * texture(uv), of which face_reflectance must be
                              the mean; or NULL: no texture */
+    const double *face_radiance; /* [face_count][channels]: area mean of what is emitted, W/m2/sr; or NULL:
+                                    the material's */
+    uint32_t glow_texture;       /* index, if there is a factor */
+    const double *glow_factor; /* [channels] radiance = factor * texture(glow_uv), of which face_radiance must
+                                  be the mean; or NULL: no texture */
 } hpr_mesh;
 
 struct hpr_scene {
@@ -60,18 +66,21 @@ struct hpr_scene {
     size_t material_count, material_capacity;
     hpr_material *material;
     double *material_reflectance; /* [material_count][channels] */
-    double *material_radiance;    /* [material_count][channels], emitted, W/m2/sr */
+    double *material_radiance;    /* [material_count][channels], emitted, W/m2/sr; without texture */
 
     size_t vertex_count, vertex_capacity;
     double *position; /* [vertex_count][3] */
     double *uv;       /* [vertex_count][2], NaN where a mesh has none */
     double *colour;   /* [vertex_count][channels] */
+    double *glow_uv;  /* [vertex_count][2], of the emissive texture, NaN where a mesh has none */
 
     size_t mesh_count, mesh_capacity;
     char **mesh_name;                                     /* [mesh_count] "" if none */
     uint32_t *mesh_node, *mesh_primitive, *mesh_material; /* [mesh_count] */
     uint32_t *mesh_texture;                               /* [mesh_count] or HPR_NONE */
     double *mesh_factor;                                  /* [mesh_count][channels] of a texture */
+    uint32_t *mesh_glow_texture;                          /* [mesh_count] or HPR_NONE */
+    double *mesh_glow_factor;                             /* [mesh_count][channels] W/m2/sr */
 
     size_t texture_count, texture_capacity;
     hpr_texture *texture;
@@ -80,6 +89,7 @@ struct hpr_scene {
     uint32_t *face_vertex;    /* [face_count][4] into position */
     uint32_t *face_mesh;      /* [face_count] */
     double *face_reflectance; /* [face_count][channels] */
+    double *face_radiance;    /* [face_count][channels], mean, W/m2/sr */
 
     size_t camera_count, camera_capacity;
     hpr_camera *camera;
@@ -97,8 +107,8 @@ hpr_status hpr_scene_add_material(hpr_scene *scene, const char *name, const doub
 /* Copies the texture. Errors: HPR_ERR_MEMORY. */
 hpr_status hpr_scene_add_texture(hpr_scene *scene, const hpr_texture *texture, uint32_t *index);
 
-/* Errors: HPR_ERR_FORMAT if a position is not finite, an index is out of range or a face's rho is not in
- * [0, 1]. */
+/* Errors: HPR_ERR_FORMAT if a position is not finite, an index is out of range, a face's rho is not in [0, 1]
+ * or its radiance is not finite or negative. */
 hpr_status hpr_scene_add_mesh(hpr_scene *scene, const hpr_mesh *mesh);
 
 /* Copies the camera and its name. Errors: HPR_ERR_FORMAT if it is not finite or its frustum is empty. */

@@ -39,7 +39,14 @@ static size_t texel_at(int64_t i, uint32_t size, hpr_wrap wrap)
     return (size_t)(i < n ? i : period - 1 - i);
 }
 
-void hpr_texture_sample(const hpr_texture *texture, size_t channel_count, double u, double v, double *value)
+/* The texels around a point and their weights; of one that is constant per texel, one. */
+typedef struct mixture {
+    int count;
+    size_t texel[4];
+    double weight[4];
+} mixture;
+
+static mixture mix(const hpr_texture *texture, double u, double v)
 {
     double shift = texture->nearest ? 0 : 0.5, part[2], at[2] = {u, v};
     const uint32_t size[2] = {texture->width, texture->height};
@@ -51,14 +58,34 @@ void hpr_texture_sample(const hpr_texture *texture, size_t channel_count, double
         index[k][0] = texel_at((int64_t)low, size[k], wrap);
         index[k][1] = texel_at((int64_t)low + 1, size[k], wrap);
     }
-    for (size_t c = 0; c < channel_count; c++) {
-        value[c] = 0;
-        for (int k = 0; k < (texture->nearest ? 1 : 4); k++) {
-            double weight = (k % 2 ? part[0] : 1 - part[0]) * (k / 2 ? part[1] : 1 - part[1]);
-            size_t texel = index[1][k / 2] * texture->width + index[0][k % 2];
-            value[c] += weight * (double)texture->texel[channel_count * texel + c];
-        }
+    mixture m = {.count = texture->nearest ? 1 : 4};
+    for (int k = 0; k < m.count; k++) {
+        m.weight[k] = (k % 2 ? part[0] : 1 - part[0]) * (k / 2 ? part[1] : 1 - part[1]);
+        m.texel[k] = index[1][k / 2] * texture->width + index[0][k % 2];
     }
+    return m;
+}
+
+static double channel_of(const hpr_texture *texture, const mixture *m, size_t channel_count, size_t channel)
+{
+    double value = 0;
+    for (int k = 0; k < m->count; k++)
+        value += m->weight[k] * (double)texture->texel[channel_count * m->texel[k] + channel];
+    return value;
+}
+
+void hpr_texture_sample(const hpr_texture *texture, size_t channel_count, double u, double v, double *value)
+{
+    const mixture m = mix(texture, u, v);
+    for (size_t c = 0; c < channel_count; c++)
+        value[c] = channel_of(texture, &m, channel_count, c);
+}
+
+double hpr_texture_channel(const hpr_texture *texture, size_t channel_count, size_t channel, double u,
+                           double v)
+{
+    const mixture m = mix(texture, u, v);
+    return channel_of(texture, &m, channel_count, channel);
 }
 
 bool hpr_texture_is_grey(const hpr_texture *texture, size_t channel_count)

@@ -23,6 +23,10 @@ hpr_status hpr_texture_copy(hpr_context *ctx, const hpr_texture *from, size_t ch
 /* value [channels]: the texture at (u,v), u and v from 0 to 1 over the picture. Thread-safe. */
 void hpr_texture_sample(const hpr_texture *texture, size_t channel_count, double u, double v, double *value);
 
+/* One channel of it. */
+double hpr_texture_channel(const hpr_texture *texture, size_t channel_count, size_t channel, double u,
+                           double v);
+
 /* Do the channels of every texel agree? */
 bool hpr_texture_is_grey(const hpr_texture *texture, size_t channel_count);
 

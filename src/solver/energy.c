@@ -40,7 +40,7 @@ static void sum_local_terms(energy *e, const double *outside)
     }
 }
 
-/* The coefficients of rho H. */
+/* The coefficients of rho H, and of M less its mean over the patch, which adds up to nothing there. */
 static hpr_status reflect(energy *e)
 {
     const hpr_elements *elements = e->elements;
@@ -54,6 +54,7 @@ static hpr_status reflect(energy *e)
         for (size_t c = 0; c < n; c++) {
             size_t first = n * elements->dof[leaf] + c;
             hpr_mass_reflect(e->mass, leaf, c, n, e->solution->irradiance + first, e->reflected + first);
+            hpr_mass_ripple(e->mass, leaf, c, n, e->reflected + first);
         }
     }
     return status;

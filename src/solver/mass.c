@@ -22,16 +22,36 @@ typedef struct leaf_mass {
     hpr_affine uv[2];                     /* over the leaf, in cells of the texture */
     bool small;                           /* the cells, next to the element */
     double *rho;                          /* [channels] scratch */
-    double *block;                        /* [channels][count][count], lower triangles */
+    const hpr_texture *texture;
+    const double *map; /* of the texture, in the parameters of the patch */
+    double *block;     /* [channels][count][count], lower triangles; NULL: glow is integrated */
+    double *glow;      /* its coefficients of the first channel */
 } leaf_mass;
+
+/* weight: that of T_k T_l, of which glow has only one. */
+static void add_glow(const leaf_mass *l, const double at[2], double weight, const double *basis)
+{
+    size_t dofs = l->mass->elements->dof[l->mass->elements->leaf_count];
+    double scale = hpr_frame_scale(&l->frame);
+    for (size_t c = 0; c < l->mass->channel_count; c++) {
+        double part = weight / scale * hpr_patch_exitance(l->mass->patches, l->patch, at[0], at[1], c);
+        for (size_t k = 0; k < l->count; k++)
+            l->glow[c * dofs + k] += part * basis[k];
+    }
+}
 
 static void add_point(const leaf_mass *l, double s, double t, double weight)
 {
     double basis[HPR_MAX_BASIS];
     size_t n = l->count;
+    const double at[2] = {l->origin[0] + s * l->edge1[0] + t * l->edge2[0],
+                          l->origin[1] + s * l->edge1[1] + t * l->edge2[1]};
     hpr_frame_basis(&l->frame, s, t, basis);
-    hpr_patch_reflectance(l->mass->patches, l->patch, l->origin[0] + s * l->edge1[0] + t * l->edge2[0],
-                          l->origin[1] + s * l->edge1[1] + t * l->edge2[1], l->rho);
+    if (!l->block) {
+        add_glow(l, at, weight, basis);
+        return;
+    }
+    hpr_patch_reflectance(l->mass->patches, l->patch, at[0], at[1], l->rho);
     for (size_t c = 0; c < l->mass->channel_count; c++) {
         for (size_t k = 0; k < n; k++) {
             double part = weight * l->rho[c] * basis[k], *row = l->block + (c * n + k) * n;
@@ -122,8 +142,8 @@ static void place_leaf(leaf_mass *l, const hpr_polygon *whole)
 {
     const hpr_elements *e = l->mass->elements;
     const hpr_patches *patches = l->mass->patches;
-    const hpr_texture *texture = hpr_patch_texture(patches, l->patch);
-    const double *map = patches->paint->map + 6 * l->patch;
+    const hpr_texture *texture = l->texture;
+    const double *map = l->map;
     uint32_t node = e->leaf[l->leaf];
     const uint32_t size[2] = {texture->width, texture->height};
     double tip[2][3];
@@ -169,16 +189,23 @@ static void project(const hpr_coverage *coverage, size_t leaf, size_t n, double 
     }
 }
 
-static void integrate_leaf(const hpr_mass *mass, const hpr_coverage *coverage, size_t leaf, double *rho)
+static leaf_mass open_leaf(const hpr_mass *mass, size_t leaf)
 {
     const hpr_elements *e = mass->elements;
-    leaf_mass l = {.mass = mass,
-                   .leaf = leaf,
-                   .patch = e->patch[e->leaf[leaf]],
-                   .count = e->dof[leaf + 1] - e->dof[leaf],
-                   .frame = hpr_leaf_frame(mass->patches, e, leaf),
-                   .rho = rho,
-                   .block = mass->block + mass->at[leaf]};
+    return (leaf_mass){.mass = mass,
+                       .leaf = leaf,
+                       .patch = e->patch[e->leaf[leaf]],
+                       .count = e->dof[leaf + 1] - e->dof[leaf],
+                       .frame = hpr_leaf_frame(mass->patches, e, leaf)};
+}
+
+static void integrate_leaf(const hpr_mass *mass, const hpr_coverage *coverage, size_t leaf, double *rho)
+{
+    leaf_mass l = open_leaf(mass, leaf);
+    l.rho = rho;
+    l.texture = hpr_patch_texture(mass->patches, l.patch);
+    l.map = mass->patches->paint->map + 6 * l.patch;
+    l.block = mass->block + mass->at[leaf];
     const hpr_polygon whole = hpr_frame_outline(&l.frame);
     int parts = 1;
     const hpr_polygon *part = hpr_coverage_parts(coverage, leaf, &parts);
@@ -197,31 +224,79 @@ static void integrate_leaf(const hpr_mass *mass, const hpr_coverage *coverage, s
     }
 }
 
+/* Of all of the leaf, as constant emission is, whatever stands on it. */
+static void integrate_glow(const hpr_mass *mass, size_t leaf)
+{
+    const hpr_elements *e = mass->elements;
+    leaf_mass l = open_leaf(mass, leaf);
+    size_t dofs = e->dof[e->leaf_count];
+    l.texture = hpr_patch_glow(mass->patches, l.patch);
+    l.map = mass->patches->paint->glow_map + 6 * l.patch;
+    l.glow = mass->glow + e->dof[leaf];
+    const hpr_polygon whole = hpr_frame_outline(&l.frame);
+    place_leaf(&l, &whole);
+    add_polygon(&l, &whole);
+    for (size_t c = 0; c < mass->channel_count; c++)
+        l.glow[c * dofs] -=
+            sqrt(l.frame.area_m2) * mass->patches->exitance[mass->channel_count * l.patch + c];
+}
+
+/* A patch sends exactly its mean M, however its texture was integrated. */
+static void keep_power(const hpr_mass *mass, size_t patch)
+{
+    const hpr_elements *e = mass->elements;
+    size_t dofs = e->dof[e->leaf_count];
+    for (size_t c = 0; c < mass->channel_count; c++) {
+        double power = 0, *glow = mass->glow + c * dofs;
+        for (size_t leaf = e->patch_leaf[patch]; leaf < e->patch_leaf[patch + 1]; leaf++)
+            power += glow[e->dof[leaf]] * sqrt(e->area_m2[e->leaf[leaf]]);
+        for (size_t leaf = e->patch_leaf[patch]; leaf < e->patch_leaf[patch + 1]; leaf++)
+            glow[e->dof[leaf]] -= power / mass->patches->area_m2[patch] * sqrt(e->area_m2[e->leaf[leaf]]);
+    }
+}
+
+/* Where the matrices of each leaf begin, and how many numbers there are. */
+static size_t place_blocks(hpr_mass *mass)
+{
+    const hpr_elements *e = mass->elements;
+    size_t size = 0;
+    for (size_t leaf = 0; leaf < e->leaf_count; leaf++) {
+        size_t count = e->dof[leaf + 1] - e->dof[leaf];
+        bool textured = hpr_patch_texture(mass->patches, e->patch[e->leaf[leaf]]);
+        mass->at[leaf] = textured ? size : SIZE_MAX;
+        size += textured ? mass->channel_count * count * count : 0;
+    }
+    return size;
+}
+
 hpr_status hpr_mass_init(const hpr_patches *patches, const hpr_elements *elements,
                          const hpr_coverage *coverage, hpr_mass *mass)
 {
     hpr_context *ctx = patches->context;
-    size_t size = 0, n = patches->channel_count;
+    size_t n = patches->channel_count;
     *mass = (hpr_mass){.patches = patches, .elements = elements, .channel_count = n};
     if (!patches->paint)
         return HPR_OK;
     double *rho = NULL;
     hpr_status status =
         hpr_allocate_into(ctx, &mass->at, elements->leaf_count, sizeof *mass->at, "reflectance");
-    for (size_t leaf = 0; status == HPR_OK && leaf < elements->leaf_count; leaf++) {
-        size_t count = elements->dof[leaf + 1] - elements->dof[leaf];
-        bool textured = hpr_patch_texture(patches, elements->patch[elements->leaf[leaf]]);
-        mass->at[leaf] = textured ? size : SIZE_MAX;
-        size += textured ? n * count * count : 0;
-    }
     if (status == HPR_OK)
-        status = hpr_allocate_into(ctx, &mass->block, size, sizeof *mass->block, "reflectance");
+        status = hpr_allocate_into(ctx, &mass->block, place_blocks(mass), sizeof *mass->block, "reflectance");
+    if (status == HPR_OK && hpr_patches_glow(patches))
+        status = hpr_allocate_into(ctx, &mass->glow, elements->dof[elements->leaf_count], n * sizeof(double),
+                                   "emission");
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &rho, elements->leaf_count, n * sizeof *rho, "reflectance");
 #pragma omp parallel for schedule(dynamic, 1) num_threads(hpr_context_threads(ctx))
     for (size_t leaf = 0; leaf < (status == HPR_OK ? elements->leaf_count : 0); leaf++) {
         if (mass->at[leaf] != SIZE_MAX && !hpr_cancelled(ctx))
             integrate_leaf(mass, coverage, leaf, rho + n * leaf);
+        if (hpr_mass_glows(mass, leaf) && !hpr_cancelled(ctx))
+            integrate_glow(mass, leaf);
+    }
+    for (size_t patch = 0; status == HPR_OK && mass->glow && patch < patches->count; patch++) {
+        if (hpr_patch_glow(patches, patch))
+            keep_power(mass, patch);
     }
     hpr_release(ctx, rho);
     if (status == HPR_OK && hpr_cancelled(ctx))
@@ -235,12 +310,23 @@ void hpr_mass_fini(hpr_mass *mass)
         return;
     hpr_release(mass->patches->context, mass->at);
     hpr_release(mass->patches->context, mass->block);
+    hpr_release(mass->patches->context, mass->glow);
     *mass = (hpr_mass){0};
+}
+
+bool hpr_mass_glows(const hpr_mass *mass, size_t leaf)
+{
+    return mass->glow && hpr_patch_glow(mass->patches, mass->elements->patch[mass->elements->leaf[leaf]]);
+}
+
+static bool has_matrices(const hpr_mass *mass, size_t leaf)
+{
+    return mass->at && mass->at[leaf] != SIZE_MAX;
 }
 
 bool hpr_mass_varies(const hpr_mass *mass, size_t leaf)
 {
-    return mass->at && mass->at[leaf] != SIZE_MAX;
+    return has_matrices(mass, leaf) || hpr_mass_glows(mass, leaf);
 }
 
 void hpr_mass_reflect(const hpr_mass *mass, size_t leaf, size_t channel, size_t stride,
@@ -248,7 +334,7 @@ void hpr_mass_reflect(const hpr_mass *mass, size_t leaf, size_t channel, size_t 
 {
     const hpr_elements *e = mass->elements;
     size_t n = e->dof[leaf + 1] - e->dof[leaf];
-    if (!hpr_mass_varies(mass, leaf)) {
+    if (!has_matrices(mass, leaf)) {
         double rho =
             mass->patches->reflectance[mass->patches->channel_count * e->patch[e->leaf[leaf]] + channel];
         for (size_t k = 0; k < n; k++)
@@ -262,4 +348,23 @@ void hpr_mass_reflect(const hpr_mass *mass, size_t leaf, size_t channel, size_t 
             sum += block[k * n + j] * irradiance[j * stride];
         radiosity[k * stride] = sum;
     }
+}
+
+void hpr_mass_ripple(const hpr_mass *mass, size_t leaf, size_t channel, size_t stride, double *radiosity)
+{
+    const hpr_elements *e = mass->elements;
+    if (!hpr_mass_glows(mass, leaf))
+        return;
+    const double *glow = mass->glow + channel * e->dof[e->leaf_count];
+    for (size_t k = e->dof[leaf]; k < e->dof[leaf + 1]; k++)
+        radiosity[(k - e->dof[leaf]) * stride] += glow[k];
+}
+
+void hpr_mass_emit(const hpr_mass *mass, size_t leaf, size_t channel, double *radiosity)
+{
+    const hpr_elements *e = mass->elements;
+    uint32_t node = e->leaf[leaf];
+    radiosity[0] +=
+        sqrt(e->area_m2[node]) * mass->patches->exitance[mass->channel_count * e->patch[node] + channel];
+    hpr_mass_ripple(mass, leaf, channel, 1, radiosity);
 }

@@ -74,7 +74,8 @@ static void choose_spots(measuring *m)
     }
 }
 
-/* What the nodes send: M through the basis, or only what is reflected. */
+/* What the nodes send: M through the basis, of all patches or those on which it varies, and what is
+ * reflected. */
 static hpr_status gather(measuring *m, double tolerance)
 {
     const hpr_solution *solution = m->solution;
@@ -82,20 +83,19 @@ static hpr_status gather(measuring *m, double tolerance)
     const hpr_elements *e = solution->elements;
     hpr_context *ctx = solution->context;
     size_t n = solution->channel_count, dofs = solution->summary.dof_count;
+    const hpr_mass *mass = &m->transport->mass;
     double *radiosity = NULL;
     hpr_operator *op = NULL;
     hpr_status status = hpr_allocate_into(ctx, &radiosity, n * dofs, sizeof(double), "the error estimate");
     for (size_t leaf = 0; status == HPR_OK && leaf < e->leaf_count; leaf++) {
-        uint32_t node = e->leaf[leaf];
         for (size_t c = 0; c < n; c++) {
             double h[HPR_MAX_BASIS];
             for (size_t k = e->dof[leaf]; k < e->dof[leaf + 1]; k++)
                 h[k - e->dof[leaf]] = solution->irradiance[n * k + c];
-            hpr_mass_reflect(&m->transport->mass, leaf, c, 1, h, radiosity + c * dofs + e->dof[leaf]);
+            hpr_mass_reflect(mass, leaf, c, 1, h, radiosity + c * dofs + e->dof[leaf]);
+            if (solution->summary.direct == HPR_DIRECT_GALERKIN || hpr_mass_glows(mass, leaf))
+                hpr_mass_emit(mass, leaf, c, radiosity + c * dofs + e->dof[leaf]);
         }
-        for (size_t c = 0; solution->summary.direct == HPR_DIRECT_GALERKIN && c < n; c++)
-            radiosity[c * dofs + e->dof[leaf]] +=
-                sqrt(e->area_m2[node]) * patches->exitance[n * e->patch[node] + c];
     }
     if (status == HPR_OK)
         status = hpr_operator_create(m->transport->links, n, &op);

@@ -19,11 +19,6 @@ static bool channels_agree(const hpr_solution *solution)
         if (solution->environment[c] != solution->environment[0])
             return false;
     }
-    for (size_t i = 0; i < patches->count * n; i++) {
-        size_t first = i - i % n;
-        if (patches->exitance[i] != patches->exitance[first])
-            return false;
-    }
     return hpr_patches_are_grey(patches);
 }
 
@@ -65,11 +60,11 @@ static hpr_status solve_system(hpr_solution *solution, const hpr_transport *t, d
     return status;
 }
 
-/* D = K M: through the blocks. */
-static hpr_status gather_direct(const hpr_solution *solution, const hpr_links *links, double *direct)
+/* D = K M: through the blocks; of all patches, or of those on which M varies. */
+static hpr_status gather_direct(const hpr_solution *solution, const hpr_transport *t, bool all,
+                                double *direct)
 {
     hpr_context *ctx = solution->context;
-    const hpr_patches *patches = solution->patches;
     const hpr_elements *e = solution->elements;
     size_t n = solution->channel_count, dofs = solution->summary.dof_count;
     double *emission = NULL;
@@ -78,12 +73,10 @@ static hpr_status gather_direct(const hpr_solution *solution, const hpr_links *l
     if (status != HPR_OK)
         return status;
     for (size_t leaf = 0; leaf < e->leaf_count; leaf++) {
-        size_t node = e->leaf[leaf];
-        for (size_t c = 0; c < n; c++)
-            emission[c * dofs + e->dof[leaf]] =
-                sqrt(e->area_m2[node]) * patches->exitance[n * e->patch[node] + c];
+        for (size_t c = 0; c < n && (all || hpr_mass_glows(&t->mass, leaf)); c++)
+            hpr_mass_emit(&t->mass, leaf, c, emission + c * dofs + e->dof[leaf]);
     }
-    status = hpr_operator_create(links, n, &op);
+    status = hpr_operator_create(t->links, n, &op);
     if (status == HPR_OK)
         hpr_operator_apply(op, emission, direct);
     hpr_operator_destroy(&op);
@@ -135,7 +128,8 @@ static hpr_status link_up(const hpr_solution *solution, const hpr_coverage *cove
         return status;
     bool emission = solution->summary.direct == HPR_DIRECT_GALERKIN;
     for (size_t i = 0; i < patches->count * n; i++)
-        sends[i / n] |= patches->reflectance[i] > 0 || (emission && patches->exitance[i] > 0);
+        sends[i / n] |= patches->reflectance[i] > 0 ||
+                        ((emission || hpr_patch_glow(patches, i / n)) && patches->exitance[i] > 0);
     const hpr_links_demand demand = {.link_tolerance = asked->link_tolerance,
                                      .block_tolerance = asked->block_tolerance,
                                      .blocked_tolerance = asked->blocked_tolerance,
@@ -161,10 +155,17 @@ static hpr_status allocate(const hpr_solution *solution, hpr_transport *t)
 
 static hpr_status find_direct(hpr_solution *solution, const hpr_transport_demand *demand, hpr_transport *t)
 {
+    size_t count = solution->channel_count * solution->summary.dof_count;
+    bool exact = solution->summary.direct == HPR_DIRECT_EXACT;
     hpr_stage_begin(solution->context, "direct light");
-    hpr_status status = solution->summary.direct == HPR_DIRECT_EXACT
-                            ? project_direct(solution, t->coverage, demand, t->direct)
-                            : gather_direct(solution, t->links, t->direct);
+    hpr_status status = exact ? project_direct(solution, t->coverage, demand, t->direct)
+                              : gather_direct(solution, t, true, t->direct);
+    if (status == HPR_OK && exact && t->mass.glow)
+        status = hpr_allocate_into(solution->context, &t->glow, count, sizeof(double), "direct light");
+    if (status == HPR_OK && t->glow)
+        status = gather_direct(solution, t, false, t->glow);
+    for (size_t i = 0; status == HPR_OK && t->glow && i < count; i++)
+        t->direct[i] += t->glow[i];
     hpr_stage_end(solution->context);
     return status;
 }
@@ -185,6 +186,8 @@ static void split(hpr_solution *solution, hpr_transport *t)
 {
     const hpr_elements *e = solution->elements;
     size_t n = solution->channel_count, dofs = solution->summary.dof_count;
+    for (size_t i = 0; t->glow && i < n * dofs; i++)
+        t->direct[i] -= t->glow[i];
     hpr_outside_split(solution, t->outside, t->direct);
     for (size_t leaf = 0; leaf < e->leaf_count; leaf++) {
         for (size_t c = 0; c < n; c++)
@@ -247,6 +250,7 @@ void hpr_transport_fini(hpr_transport *t)
     hpr_context *ctx = hpr_coverage_patches(t->coverage)->context;
     hpr_release(ctx, t->direct);
     hpr_release(ctx, t->outside);
+    hpr_release(ctx, t->glow);
     hpr_mass_fini(&t->mass);
     hpr_links_destroy(&t->links);
     hpr_coverage_destroy(&t->coverage);

@@ -20,7 +20,9 @@ typedef struct hpr_transport {
     hpr_coverage *coverage;
     hpr_links *links;
     hpr_mass mass;
-    double *direct;  /* [channels][dofs] coefficients of what is evaluated at points: D, or the like */
+    double *direct; /* [channels][dofs] coefficients of what is evaluated at points: D, or the like */
+    double *glow;   /* [channels][dofs] of what textured emitters send through the blocks, where the others' D
+                       is evaluated; NULL: there are none */
     double *outside; /* [dofs] moments of V, the open part of the view */
 } hpr_transport;
 

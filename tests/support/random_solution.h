@@ -22,7 +22,7 @@ static inline void *array_of(hpr_context *ctx, size_t count, size_t bytes)
     return array;
 }
 
-/* A texture of 3 x 2 texels on patch 5. */
+/* A texture of 3 x 2 texels on patch 5, which patch 4 emits by. */
 static inline void add_paint(hpr_patches *p)
 {
     float texel[6 * 8];
@@ -32,8 +32,13 @@ static inline void add_paint(hpr_patches *p)
     assert_true(p->channel_count <= 8);
     assert_int_equal(hpr_paint_create(p, 1, &texture), HPR_OK);
     p->paint->of_patch[5] = 0;
-    for (size_t k = 0; k < 6; k++)
+    p->paint->glow_of[4] = 0;
+    for (size_t k = 0; k < 6; k++) {
         p->paint->map[6 * 5 + k] = 0.1 * (double)k - 0.2;
+        p->paint->glow_map[6 * 4 + k] = 0.3 - 0.1 * (double)k;
+    }
+    for (size_t c = 0; c < p->channel_count; c++)
+        p->paint->glow[p->channel_count * 4 + c] = 0.5 + (double)c;
     for (size_t k = 0; k < 3 * p->channel_count; k++)
         p->paint->tint[3 * p->channel_count * 5 + k] = 0.05 * (double)k;
 }

@@ -135,6 +135,40 @@ static void parts_alone_are_clipped(void **state)
     assert_true(task.clip && task.tolerance == 0.03);
 }
 
+/* Squares at a distance of 1: 1 / pi at most, of which one ray errs by half; far away 1 / (pi r^2), near 1.
+ */
+static void one_ray_spreads_by_half_the_block(void **state)
+{
+    (void)state;
+    const double heights[] = {1, 10, 0.1}, most[] = {1 / 3.14159265358979324, 0.01 / 3.14159265358979324, 1};
+    for (size_t i = 0; i < 3; i++) {
+        hpr_block_task task = squares(heights[i], 1);
+        assert_float_equal(hpr_blocked_spread(&task.recv, &task.send, 8), most[i] / 2 * sqrt(2.0 / 8), 1e-15);
+    }
+}
+
+/* Rays go where they do most; where few do, clipping is not worth it. A tolerance that is not asked for has
+ * none. */
+static void small_blocks_get_few_rays(void **state)
+{
+    (void)state;
+    hpr_block_task task = squares(10, 3);
+    double spread = hpr_blocked_spread(&task.recv, &task.send, 10);
+    const hpr_blocked_load load = {.pair_count = 9, .area_m2 = 10, .asked = 0.01, .spread = 16e-4 / spread};
+    hpr_blocked blocked = hpr_blocked_plan(&load);
+    assert_float_equal(blocked.rays * spread, 16, 1e-12);
+    blocked.rays *= 0.99;
+    hpr_blocked_decide(&blocked, 1, 1, &task);
+    assert_true(!task.clip && task.ray_nodes == 2);
+    assert_float_equal(task.tolerance, 0.5 / sqrt(0.99 * 16), 1e-12);
+    blocked.rays *= 1.02;
+    task = squares(10, 3);
+    hpr_blocked_decide(&blocked, 1, 1, &task);
+    assert_true(task.clip && task.ray_nodes == 0);
+    const hpr_blocked_load unasked = {.pair_count = 9, .area_m2 = 10, .spread = 1};
+    assert_true(hpr_blocked_plan(&unasked).rays == 0);
+}
+
 /* d^2 (A_r + A_s) / A */
 static void errors_count_both_ways(void **state)
 {
@@ -157,6 +191,8 @@ int main(void)
         cmocka_unit_test(a_clipped_block_may_err_by_its_share),
         cmocka_unit_test(rays_are_for_what_is_costly),
         cmocka_unit_test(parts_alone_are_clipped),
+        cmocka_unit_test(one_ray_spreads_by_half_the_block),
+        cmocka_unit_test(small_blocks_get_few_rays),
         cmocka_unit_test(errors_count_both_ways),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -326,13 +326,18 @@ static void texture_transform_scales_then_turns(void **state)
     assert_near(f->scene->uv[2 * 2 + 1], -2, 4 * EPS);
 }
 
-static void emissive_texture_counts_by_its_mean(void **state)
+static void an_emissive_texture_is_handed_on(void **state)
 {
     fixture *f = *state;
     picture p = {2, 2, two_rows, "", NULL, 1, 0, ",'emissiveFactor':[1,0.5,0],'emissiveTexture':{'index':0}"};
     assert_ok(f, read_picture(f, &p));
-    assert_point(f->scene->material_radiance, 0.5, 0.25, 0, 0);
-    assert_int_equal(count_warnings(f, "emissive textures count by the mean colour"), 1);
+    assert_int_equal(f->scene->texture_count, 1);
+    assert_int_equal(f->scene->mesh_glow_texture[0], 0);
+    assert_point(f->scene->mesh_glow_factor, 1, 0.5, 0, 0);
+    const double *radiance = f->scene->face_radiance; /* of two faces, one white half and one black half */
+    assert_near((radiance[0] + radiance[3]) / 2, 0.5, 16 * EPS);
+    assert_near((radiance[1] + radiance[4]) / 2, 0.25, 16 * EPS);
+    assert_near(f->scene->glow_uv[2 * 2], 1, 0);
 }
 
 static void untextured_meshes_have_no_coordinates(void **state)
@@ -370,7 +375,7 @@ int main(void)
         TEST(large_picture_keeps_its_mean),
         TEST(texture_transform_moves_the_coordinates),
         TEST(texture_transform_scales_then_turns),
-        TEST(emissive_texture_counts_by_its_mean),
+        TEST(an_emissive_texture_is_handed_on),
         TEST(untextured_meshes_have_no_coordinates),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -473,9 +473,9 @@ static void a_scene_survives_without_memory(void **state)
 {
     (void)state;
     size_t allocations = sweep_allocations(build_scene, NULL, 1);
-    /* context, scene, path, environment, channel names 1 + 2; a texture and its texels; 60 names; 3 + 6 + 3 +
-     * 1 arrays that grow twice, and 3 of vertices (80 of them) that grow four times: 16, 32, 64, 128 */
-    assert_int_equal(allocations, 7 + 2 + 60 + 2 * 13 + 4 * 3);
+    /* context, scene, path, environment, channel names 1 + 2; a texture and its texels; 60 names; 3 + 8 + 4 +
+     * 1 arrays that grow twice, and 4 of vertices (80 of them) that grow four times: 16, 32, 64, 128 */
+    assert_int_equal(allocations, 7 + 2 + 60 + 2 * 16 + 4 * 4);
 }
 
 static void a_refused_mesh_leaves_the_scene_as_it_was(void **state)

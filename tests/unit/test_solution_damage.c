@@ -244,7 +244,7 @@ static void version_1_is_read_as_dark_outside(void **state)
     assert_int_equal(hpr_solution_write(f->context, s, in_folder(f, "a.glb")), HPR_OK);
     size_t bytes;
     unsigned char *data = slurp(in_folder(f, "a.glb"), &bytes);
-    replace(data, bytes, "HPRAD_radiosity\":{\"version\":5", "HPRAD_radiosity\":{\"version\":1");
+    replace(data, bytes, "HPRAD_radiosity\":{\"version\":6", "HPRAD_radiosity\":{\"version\":1");
     for (size_t i = 0; i < sizeof later / sizeof *later; i++) {
         char other[32];
         snprintf(other, sizeof other, "%s", later[i]);
@@ -271,8 +271,8 @@ static void other_files_are_named(void **state)
 {
     fixture *f = *state;
     static const char *const cases[][3] = {
-        {"HPRAD_radiosity\":{\"version\":5", "HPRAD_radiosity\":{\"version\":6", "newer hprad"},
-        {"HPRAD_radiosity\":{\"version\":5", "HPRAD_radiosity\":{\"version\":0", "version is missing"},
+        {"HPRAD_radiosity\":{\"version\":6", "HPRAD_radiosity\":{\"version\":7", "newer hprad"},
+        {"HPRAD_radiosity\":{\"version\":6", "HPRAD_radiosity\":{\"version\":0", "version is missing"},
         {"HPRAD_radiosity\":{", "HPRAD_RADIOSITY\":{", "not an hprad solution"},
         {"glTF", "glTf", "no .glb file"},
         {"\"uint8\"", "\"uint9\"", "patches.shape"},

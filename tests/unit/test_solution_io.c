@@ -32,6 +32,9 @@ static void assert_same_paint(const hpr_patches *a, const hpr_patches *b)
     assert_memory_equal(p->of_patch, q->of_patch, a->count * sizeof *p->of_patch);
     assert_memory_equal(p->map, q->map, 6 * a->count * sizeof *p->map);
     assert_memory_equal(p->tint, q->tint, 3 * n * a->count * sizeof *p->tint);
+    assert_memory_equal(p->glow_of, q->glow_of, a->count * sizeof *p->glow_of);
+    assert_memory_equal(p->glow_map, q->glow_map, 6 * a->count * sizeof *p->glow_map);
+    assert_memory_equal(p->glow, q->glow, n * a->count * sizeof *p->glow);
 }
 
 static void assert_same(hpr_solution *a, hpr_solution *b)

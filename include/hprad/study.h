@@ -37,7 +37,8 @@ typedef struct hpr_study_row {
     double peak_memory_bytes; /**< of the process during the solve, the solution to compare with included */
     /**
      * Errors of the irradiance, of the worst channel: ∫|H - H*| / ∫|H*|, the root of ∫(H - H*)^2 / ∫H*^2,
-     * max|H - H*| / max|H*| over the points of the integrals, the same over the points given, and the
+     * max|H - H*| / max|H*| over the points of the integrals, the same over the points given (H* as known
+     * there, if it is), and the
      * largest error of a patch's mean over the largest mean.
      */
     double error_l1, error_l2, error_linf, error_points, error_face_means;
@@ -48,7 +49,9 @@ typedef struct hpr_study_row {
 typedef struct hpr_job_study_options {
     const char *table_path;  /**< CSV; NULL: base name of the scene + "_study.csv", in the working folder */
     const char *json_path;   /**< NULL: none */
-    const char *points_path; /**< a table as hpr_job_probe takes it; NULL: none */
+    const char *points_path; /**< a table as hpr_job_probe takes it; NULL: none. If it has columns of
+                                irradiance as hpr_job_probe writes them, these are compared with, instead of
+                                the better solution's: the values of a closed form, or of another program */
     const char *truth_path;  /**< a solution of the scene to compare with; NULL: one is made */
     double truth_tolerance;  /**< of that, adaptive; 0: with tolerances and neither order nor subdivision of
                                   it given, a fifth of the least; else it is uniform or graded */
@@ -67,7 +70,8 @@ typedef struct hpr_job_study_options {
     int repeats; /**< solves per row, from 1; if more, one more comes first, to warm up, and does not count */
     int resume;  /**< 1: rows that the table has for the same settings and version are taken over */
     hpr_read_options read;
-    hpr_solve_options solve; /**< what all runs share; feet HPR_CHOOSE: 0, but of adaptive runs */
+    hpr_solve_options solve; /**< what all runs share; feet HPR_CHOOSE: 0, but of adaptive runs; limits are
+                                  of these alone */
     hpr_baseline_options baseline;
     size_t environment_count;
     const double *environment;

@@ -2,6 +2,7 @@
 #include "app/job.h"
 #include "app/memory_peak.h"
 #include "app/plan_predict.h"
+#include "app/plan_trial.h"
 #include "io/plan_report.h"
 
 #include <hprad/plan.h>
@@ -56,6 +57,12 @@ static hpr_status look(planning *p, const hpr_solution *begun)
     return status;
 }
 
+/* Does the table have tolerances? */
+static bool may_adapt(const planning *p)
+{
+    return p->plan->solve_count > 1 || p->plan->solve[0].tolerance > 0;
+}
+
 static hpr_status predict(planning *p)
 {
     hpr_status status = HPR_OK;
@@ -67,6 +74,8 @@ static hpr_status predict(planning *p)
         status = hpr_solution_begin(p->job->context, p->scene, &options, &begun);
         if (status == HPR_OK && i == 0)
             status = look(p, begun);
+        if (status == HPR_OK && i == 0 && may_adapt(p))
+            status = hpr_plan_try(p->job->context, p->scene, &p->options->solve, p->plan, &p->outlook);
         if (status == HPR_OK)
             status = hpr_plan_predict(begun, p->plan, &p->outlook, solve->tolerance, &solve->predicted);
         solve->too_large =

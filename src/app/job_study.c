@@ -22,7 +22,7 @@ typedef struct study {
     hpr_scene *scene;
     hpr_solution *truth;
     size_t probe_count;
-    double *probe, *probe_normal;
+    double *probe, *probe_normal, *known; /* known: the irradiance there, or NULL */
     hpr_yardstick yardstick;
     size_t run_count;
     hpr_study_run *run; /* [run_count] */
@@ -101,11 +101,14 @@ static void describe_options(study *s)
         hpr_number_text(o->environment[0], environment);
     snprintf(s->options_text, sizeof s->options_text,
              "solver=%s feet=%d link_tol=%g block_tol=%g hemicube=%d rays=%d shots=%d environment=%s%s "
-             "max_reflectance=%g metallic=%s repeats=%d",
+             "max_reflectance=%g metallic=%s repeats=%d max_time=%g points=%s",
              hpr_solver_name(o->solve.solver), o->solve.feet == HPR_CHOOSE ? 0 : o->solve.feet,
              o->solve.link_tolerance, o->solve.block_tolerance, o->baseline.hemicube, o->baseline.rays,
              o->baseline.shots, environment, o->environment_count > 1 ? ",..." : "", o->read.max_reflectance,
-             o->read.metallic_black ? "black" : "diffuse", o->repeats);
+             o->read.metallic_black ? "black" : "diffuse", o->repeats, o->solve.max_seconds,
+             s->known   ? "known"
+             : s->probe ? "compared"
+                        : "none");
 }
 
 static hpr_status read_inputs(study *s)
@@ -116,7 +119,8 @@ static hpr_status read_inputs(study *s)
     if (status == HPR_OK && o->environment_count)
         status = hpr_scene_set_environment(s->scene, o->environment_count, o->environment);
     if (status == HPR_OK && o->points_path)
-        status = hpr_points_read(ctx, o->points_path, &s->probe_count, &s->probe, &s->probe_normal);
+        status = hpr_points_read_known(ctx, o->points_path, s->scene, &s->probe_count, &s->probe,
+                                       &s->probe_normal, &s->known);
     if (status == HPR_OK && o->truth_path)
         status = hpr_solution_read(ctx, o->truth_path, &s->truth);
     return status;
@@ -189,7 +193,7 @@ static hpr_status solve_truth(study *s)
     truth.method = HPR_METHOD_GALERKIN;
     truth.direct = HPR_DIRECT_EXACT;
     truth.solver = HPR_SOLVER_AUTO;
-    truth.link_tolerance = truth.block_tolerance = 0;
+    truth.link_tolerance = truth.block_tolerance = truth.max_seconds = 0;
     truth.tolerance = truth_tolerance(o);
     if (truth.tolerance > 0)
         return solve_adaptive_truth(s, &truth);
@@ -217,7 +221,8 @@ static hpr_status make_yardstick(study *s)
                                    .per_edge = order + 1 > 3 ? order + 1 : 3,
                                    .probe_count = s->probe_count,
                                    .probe = s->probe,
-                                   .probe_normal = s->probe_normal};
+                                   .probe_normal = s->probe_normal,
+                                   .known = s->known};
     return hpr_yardstick_init(s->truth, &points, &s->yardstick);
 }
 
@@ -379,7 +384,7 @@ hpr_status hpr_job_study(hpr_context *ctx, const char *scene_path, const hpr_job
     hpr_yardstick_fini(&s.yardstick);
     hpr_solution_destroy(&s.truth);
     hpr_scene_destroy(&s.scene);
-    void *arrays[] = {s.probe, s.probe_normal, s.run, s.row, s.earlier, own_path};
+    void *arrays[] = {s.probe, s.probe_normal, s.known, s.run, s.row, s.earlier, own_path};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
         hpr_release(ctx, arrays[i]);
     return hpr_job_end(&job, status);

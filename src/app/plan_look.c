@@ -190,6 +190,8 @@ hpr_status hpr_plan_look(const hpr_solution *solution, hpr_plan *plan, hpr_effec
         facts->interreflects = l.interreflects;
         facts->escaping = find_openness(&l);
         *outlook = (hpr_outlook){.gap = l.gap < touching ? 0 : l.gap,
+                                 .trial_error = NAN,
+                                 .slowness = 1,
                                  .lit = facts->lit,
                                  .uniform = facts->escaping == 0 && all_alike(solution->patches)};
     }

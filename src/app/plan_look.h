@@ -10,7 +10,10 @@ enum { HPR_PLAN_FEW_PATCHES = 2000 }; /* of which all pairs are classified in a 
 typedef struct hpr_outlook {
     double gap; /* of pairs that see each other the least distance, in sizes of the smaller; 0: they touch */
     bool lit;   /* there is light: else nothing is solved */
-    bool uniform; /* all patches emit and reflect alike, and nothing leaves: the light is constant */
+    bool uniform;       /* all patches emit and reflect alike, and nothing leaves: the light is constant */
+    double trial_error; /* relative error of the first step of a tolerance, estimated; NaN: not tried */
+    double trial_cpu_s; /* what that step took, the least of a few times */
+    double slowness;    /* of this machine beside the one of the constants, by the trial; 1 without */
 } hpr_outlook;
 
 /*

@@ -1,5 +1,6 @@
 #include "app/plan_predict.h"
 
+#include "app/plan_trial.h"
 #include "solver/tolerance.h"
 
 #include <math.h>
@@ -42,13 +43,31 @@ static load guess_links(const hpr_solution *solution, const hpr_plan *plan)
 
 static double find_growth(const hpr_plan *plan, const hpr_outlook *outlook, double tolerance)
 {
-    static const double open_edge = 0.06, blocked_edge = 0.11, edge_power = 0.95, near = 0.3, fine = 1e-3;
-    if (!outlook->lit || outlook->uniform || plan->pairs_visible + plan->pairs_partial == 0)
+    static const double open_edge = 0.06, blocked_edge = 0.08, edge_power = 0.95, near = 0.3, fine = 1e-3,
+                        least = 2;
+    if (!outlook->lit || outlook->uniform || plan->pairs_visible + plan->pairs_partial == 0 ||
+        outlook->trial_error <= tolerance)
         return 1;
-    if (outlook->gap == 0)
-        return fmax(1, pow((plan->pairs_partial > 0 ? blocked_edge : open_edge) / tolerance, edge_power));
-    double closeness = fmax(0, 1 / outlook->gap - 1), finer = fine / tolerance;
-    return 1 + near * closeness * closeness * finer * finer;
+    double g = 1;
+    if (outlook->gap == 0) {
+        g = fmax(1, pow((plan->pairs_partial > 0 ? blocked_edge : open_edge) / tolerance, edge_power));
+    } else {
+        double closeness = fmax(0, 1 / outlook->gap - 1), finer = fine / tolerance;
+        g += near * closeness * closeness * finer * finer;
+    }
+    return outlook->trial_error > tolerance ? fmax(g, least) : g;
+}
+
+/* CPU seconds to a tolerance: of the trial, more for more coefficients and, past obstacles, for more digits.
+ */
+static double adaptive_seconds(const hpr_plan *plan, const hpr_outlook *outlook, double tolerance,
+                               double growth)
+{
+    static const double open_power = 0.95, coarser_power = 0.2, finer_power = 0.35;
+    if (!(plan->pairs_partial > 0))
+        return outlook->trial_cpu_s * pow(growth, open_power);
+    double digits = hpr_plan_trial_tolerance / tolerance;
+    return outlook->trial_cpu_s * growth * pow(digits, digits < 1 ? coarser_power : finer_power);
 }
 
 hpr_status hpr_plan_predict(const hpr_solution *begun, const hpr_plan *plan, const hpr_outlook *outlook,
@@ -70,10 +89,11 @@ hpr_status hpr_plan_predict(const hpr_solution *begun, const hpr_plan *plan, con
                             .links = first.links * pow(g, 1.5)};
     if (tolerance > 0) {
         cost->memory_bytes = megabyte * (program_mb + 1.5 * mb + 1.5 * fmin(g - 1, 10));
-        cost->cpu_s = 0.1 + (plan->pairs_partial > 0 ? 0.3 : 0.12) * mb;
+        cost->cpu_s = isnan(outlook->trial_error) ? 0.1 + (plan->pairs_partial > 0 ? 0.3 : 0.12) * mb
+                                                  : adaptive_seconds(plan, outlook, tolerance, g);
     } else {
         cost->memory_bytes = megabyte * (program_mb + 1.05 * mb);
-        cost->cpu_s = 0.08 + (0.03 + 0.07 * first.partly) * mb;
+        cost->cpu_s = outlook->slowness * (0.17 + (0.065 + 0.145 * first.partly) * mb);
     }
     return status;
 }

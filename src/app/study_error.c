@@ -156,6 +156,8 @@ hpr_status hpr_yardstick_init(const hpr_solution *truth, const hpr_yardstick_poi
         status = evaluate(y, truth, y->value);
     if (status == HPR_OK)
         status = probe(y, truth, y->probe_value);
+    for (size_t i = 0; status == HPR_OK && points->known && i < y->probe_count * n; i++)
+        y->probe_value[i] = isnan(y->probe_value[i]) ? NAN : points->known[i];
     if (status != HPR_OK)
         hpr_yardstick_fini(y);
     return status;

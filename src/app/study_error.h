@@ -26,6 +26,7 @@ typedef struct hpr_yardstick_points {
     int per_edge;  /* so many per edge of such a cell */
     size_t probe_count;
     const double *probe, *probe_normal; /* [probe_count][3] */
+    const double *known; /* [probe_count][channels] irradiance there; NULL: that of the truth */
 } hpr_yardstick_points;
 
 /* The points on the patches of the truth, and its values there. Borrows `truth` and the probe points. Errors:

@@ -60,12 +60,16 @@ static const struct poptOption options[] = {
      "that "
      "is made (default: finer than all runs, up to 12,000 coefficients; with --tol a fifth of the least)",
      "SOL.glb|P,N|E"},
-    {"points", 0, POPT_ARG_STRING, NULL, OPTION_POINTS, "compare at these points too, as 'hprad probe'",
+    {"points", 0, POPT_ARG_STRING, NULL, OPTION_POINTS,
+     "compare at these points too, as 'hprad probe' takes them; where the table has the irradiance there, as "
+     "irradiance_r,..., with that",
      "POINTS.csv"},
     {"repeats", 0, POPT_ARG_STRING, NULL, OPTION_REPEATS,
      "solve N times and once before to warm up; times are medians (default 1, without)", "N"},
     {"resume", 0, POPT_ARG_NONE, NULL, OPTION_RESUME,
      "take over the rows that the table has already, of the same settings and version", NULL},
+    {"max-time", 0, POPT_ARG_STRING, NULL, CLI_OPTION_MAX_TIME,
+     "with --tol: begin no refinement that would probably end later than S seconds after the first", "S"},
     {"feet", 0, POPT_ARG_STRING, NULL, CLI_OPTION_FEET,
      "quarter elements that the foot of an object cuts, N times, 0 to 6 (default 0)", "N"},
     {"environment", 0, POPT_ARG_STRING, NULL, CLI_OPTION_ENVIRONMENT,
@@ -295,6 +299,9 @@ int cli_study(int argc, const char **argv)
     hpr_baseline_options_init(&chosen.method.baseline);
     cli_run run;
     int code = cli_parse(&run, &verb, &chosen, argc, argv);
+    if (code == CLI_GO_ON && !cli_only_with("--max-time", chosen.solve.solve.max_seconds > 0,
+                                            chosen.job.tolerance_count > 0, "--tol"))
+        code = CLI_USAGE;
     if (code == CLI_GO_ON)
         code = cli_open(&run);
     if (code == CLI_GO_ON) {

@@ -2,13 +2,14 @@
 
 #include "io/atomic_file.h"
 #include "io/json_text.h"
+#include "scene/scene.h"
 
 #include <errno.h>
-#include <hprad/scene.h>
 #include <locale.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 enum { COLUMNS = 6 };
 static const char *const column_name[COLUMNS] = {"x", "y", "z", "nx", "ny", "nz"};
@@ -24,9 +25,11 @@ typedef struct csv {
     size_t field_count, field_capacity;
     locale_t locale; /* numbers are written with a point, whatever the user's locale */
     size_t header_count;
-    size_t place[COLUMNS]; /* field of each column */
-    double *point, *normal;
-    size_t count, point_capacity, normal_capacity;
+    size_t place[COLUMNS];     /* field of each column */
+    const hpr_scene *known_of; /* whose channels are looked for, or NULL */
+    size_t *known_place;       /* [channels] field of the irradiance of each; NULL: the table has none */
+    double *point, *normal, *known;
+    size_t count, point_capacity, normal_capacity, known_capacity;
 } csv;
 
 static hpr_status broken(const csv *in, const char *what)
@@ -100,6 +103,38 @@ static hpr_status cut_fields(csv *in)
     return HPR_OK;
 }
 
+/* Is this the column of the irradiance of a channel, as hpr_probe_write names it? */
+static bool names_irradiance(const char *field, const char *channel)
+{
+    static const char prefix[] = "irradiance_";
+    return !strncmp(field, prefix, sizeof prefix - 1) && !strcasecmp(field + sizeof prefix - 1, channel);
+}
+
+/* Irradiance of all channels, or of none. */
+static hpr_status find_known(csv *in)
+{
+    size_t channels = in->known_of ? in->known_of->channel_count : 0, found = 0;
+    hpr_status status =
+        hpr_allocate_into(in->context, &in->known_place, channels, sizeof *in->known_place, "columns");
+    for (size_t i = 0; status == HPR_OK && i < in->field_count; i++) {
+        for (size_t c = 0; c < channels; c++) {
+            if (!names_irradiance(in->field[i], in->known_of->channel_name[c]))
+                continue;
+            in->known_place[c] = i;
+            found++;
+        }
+    }
+    if (status == HPR_OK && found && found != channels)
+        status = hpr_fail(in->context, HPR_ERR_FORMAT,
+                          "%s: line %zu: %zu columns 'irradiance_...' in the header, for %zu channels",
+                          in->path, in->line_number, found, channels);
+    if (!found) {
+        hpr_release(in->context, in->known_place);
+        in->known_place = NULL;
+    }
+    return status;
+}
+
 static hpr_status read_header(csv *in)
 {
     bool end;
@@ -122,6 +157,29 @@ static hpr_status read_header(csv *in)
             status = hpr_fail(in->context, HPR_ERR_FORMAT, "%s: line %zu: %s column '%s' in the header",
                               in->path, in->line_number, found ? "more than one" : "no", column_name[c]);
     }
+    return status == HPR_OK ? find_known(in) : status;
+}
+
+static hpr_status take_number(const csv *in, size_t place, const char *name, double *value)
+{
+    const char *text = in->field[place];
+    char *end;
+    *value = strtod_l(text, &end, in->locale);
+    if (end == text || *end || !isfinite(*value))
+        return hpr_fail(in->context, HPR_ERR_FORMAT,
+                        "%s: line %zu: column '%s': '%.40s' is not a finite number", in->path,
+                        in->line_number, name, text);
+    return HPR_OK;
+}
+
+/* The irradiance of a row, where the table has it. */
+static hpr_status read_known(csv *in)
+{
+    size_t channels = in->known_of->channel_count;
+    hpr_status status =
+        hpr_grow(in->context, &in->known, &in->known_capacity, in->count + 1, channels * sizeof(double));
+    for (size_t c = 0; status == HPR_OK && c < channels; c++)
+        status = take_number(in, in->known_place[c], "irradiance", &in->known[channels * in->count + c]);
     return status;
 }
 
@@ -132,21 +190,16 @@ static hpr_status read_row(csv *in)
         status = hpr_fail(in->context, HPR_ERR_FORMAT, "%s: line %zu: %zu fields, but the header has %zu",
                           in->path, in->line_number, in->field_count, in->header_count);
     double value[COLUMNS] = {0};
-    for (size_t c = 0; status == HPR_OK && c < COLUMNS; c++) {
-        const char *text = in->field[in->place[c]];
-        char *end;
-        value[c] = strtod_l(text, &end, in->locale);
-        if (end == text || *end || !isfinite(value[c]))
-            status = hpr_fail(in->context, HPR_ERR_FORMAT,
-                              "%s: line %zu: column '%s': '%.40s' is not a finite number", in->path,
-                              in->line_number, column_name[c], text);
-    }
+    for (size_t c = 0; status == HPR_OK && c < COLUMNS; c++)
+        status = take_number(in, in->place[c], column_name[c], &value[c]);
     if (status == HPR_OK && value[3] == 0 && value[4] == 0 && value[5] == 0)
         status = broken(in, "columns 'nx', 'ny', 'nz': the normal is zero");
     if (status == HPR_OK)
         status = hpr_grow(in->context, &in->point, &in->point_capacity, in->count + 1, 3 * sizeof(double));
     if (status == HPR_OK)
         status = hpr_grow(in->context, &in->normal, &in->normal_capacity, in->count + 1, 3 * sizeof(double));
+    if (status == HPR_OK && in->known_place)
+        status = read_known(in);
     if (status == HPR_OK) {
         memcpy(in->point + 3 * in->count, value, 3 * sizeof(double));
         memcpy(in->normal + 3 * in->count, value + 3, 3 * sizeof(double));
@@ -167,11 +220,12 @@ static hpr_status read_table(csv *in)
     return status;
 }
 
-hpr_status hpr_points_read(hpr_context *ctx, const char *path, size_t *count, double **point, double **normal)
+hpr_status hpr_points_read_known(hpr_context *ctx, const char *path, const hpr_scene *scene, size_t *count,
+                                 double **point, double **normal, double **known)
 {
     hpr_context_clear_error(ctx);
     bool from_stdin = !strcmp(path, "-");
-    csv in = {.context = ctx, .path = from_stdin ? "standard input" : path};
+    csv in = {.context = ctx, .path = from_stdin ? "standard input" : path, .known_of = scene};
     hpr_status status = HPR_OK;
     in.locale = newlocale(LC_ALL_MASK, "C", (locale_t)0);
     in.stream = from_stdin ? stdin : fopen(path, "re");
@@ -187,16 +241,25 @@ hpr_status hpr_points_read(hpr_context *ctx, const char *path, size_t *count, do
         freelocale(in.locale);
     free(in.line); /* getline's */
     hpr_release(ctx, in.field);
+    hpr_release(ctx, in.known_place);
     if (status != HPR_OK) {
         hpr_release(ctx, in.point);
         hpr_release(ctx, in.normal);
-        in.point = in.normal = NULL;
+        hpr_release(ctx, in.known);
+        in.point = in.normal = in.known = NULL;
         in.count = 0;
     }
     *count = in.count;
     *point = in.point;
     *normal = in.normal;
+    *known = in.known;
     return status;
+}
+
+hpr_status hpr_points_read(hpr_context *ctx, const char *path, size_t *count, double **point, double **normal)
+{
+    double *none;
+    return hpr_points_read_known(ctx, path, NULL, count, point, normal, &none);
 }
 
 /* "prefix_name" in lower case, quoted if it must be. */

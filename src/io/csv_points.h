@@ -4,6 +4,8 @@
 
 #include "base/context.h"
 
+#include <hprad/scene.h>
+
 /*
  * Reads the columns x, y, z, nx, ny, nz, in whatever order the header names them; further columns and empty
  * lines are skipped; LF or CRLF, a byte order mark and "quoted" fields are fine. `path` "-": standard input.
@@ -13,6 +15,13 @@
  */
 hpr_status hpr_points_read(hpr_context *ctx, const char *path, size_t *count, double **point,
                            double **normal);
+
+/*
+ * The same, and the irradiance at the points, [count][channels] W/m2, if the table has the columns of it that
+ * hpr_probe_write names for the channels of the scene; else *known is NULL.
+ */
+hpr_status hpr_points_read_known(hpr_context *ctx, const char *path, const hpr_scene *scene, size_t *count,
+                                 double **point, double **normal, double **known);
 
 typedef struct hpr_probe_table {
     size_t count, channel_count;

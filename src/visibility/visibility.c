@@ -398,6 +398,11 @@ const hpr_patches *hpr_visibility_patches(const hpr_visibility *visibility)
     return visibility->patches;
 }
 
+double hpr_visibility_slack_m(const hpr_visibility *visibility)
+{
+    return visibility->slack / visibility->scale;
+}
+
 size_t hpr_visibility_occluder_count(const hpr_visibility *visibility)
 {
     return visibility->occluder_count;

@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-enum { MAX_DEPTH = 60 };
+enum { MAX_DEPTH = 60, MAX_RULES = 20000 };
 
 typedef struct side {
     const hpr_element_frame *frame;
@@ -22,6 +22,7 @@ typedef struct chooser {
     bool joined;
     double tolerance;
     int cap; /* more nodes than this, and a segment is halved */
+    int rule_count;
     bool reached;
     hpr_rule_sink sink;
     void *user;
@@ -101,7 +102,7 @@ static void along_segment(chooser *c, const hpr_rule *whole, const double from[2
 {
     const hpr_convergence con = convergence(c, &whole->nested, from, to);
     int nodes = hpr_convergence_nodes(&con, c->tolerance), most = c->cap + (con.degree + 1) / 2;
-    if (nodes > most && depth < MAX_DEPTH) {
+    if (nodes > most && depth < MAX_DEPTH && c->rule_count < MAX_RULES) {
         const double middle[2] = {(from[0] + to[0]) / 2, (from[1] + to[1]) / 2};
         along_segment(c, whole, from, middle, weight / 2, depth + 1);
         along_segment(c, whole, middle, to, weight / 2, depth + 1);
@@ -111,6 +112,7 @@ static void along_segment(chooser *c, const hpr_rule *whole, const double from[2
     nodes = nodes < HPR_NODES_MAX ? nodes : HPR_NODES_MAX;
     hpr_rule rule = *whole;
     hpr_nested *n = &rule.nested;
+    c->rule_count++;
     n->nodes[0] = nodes;
     n->dimension = 1;
     n->weight = weight;

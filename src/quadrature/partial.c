@@ -10,6 +10,7 @@
 #include "quadrature/analytic.h"
 #include "quadrature/cuts.h"
 #include "quadrature/events.h"
+#include "quadrature/strips.h"
 
 #include <string.h>
 
@@ -20,7 +21,8 @@ typedef struct partial {
     const hpr_pair *pair;
     const hpr_element_frame *outer, *inner;
     hpr_convex outline; /* the inner polygon in space */
-    double slack;       /* points nearer than this are one */
+    hpr_strips strips;
+    double slack; /* points nearer than this are one */
     const hpr_partial_demand *demand;
     int nodes[2]; /* of the rule that tells the error, of the one that counts */
     int count;
@@ -177,7 +179,7 @@ static double overlooked(const partial *p, const hpr_partial_cell *q, int *axis)
         d[1][i] = c[3][i] - c[1][i];
     }
     double area = fabs(d[0][0] * d[1][1] - d[0][1] * d[1][0]) / 2;
-    return area * fmin(1, strength * pow(ellipse, -2.0 * p->nodes[1]));
+    return area * fmin(hpr_strips_left(&p->strips, c), strength * pow(ellipse, -2.0 * p->nodes[1]));
 }
 
 /* The difference of the two rules is the error of the lower one: an honest bound where there are kinks, a
@@ -344,6 +346,8 @@ hpr_partial hpr_partial_integrate(const hpr_gauss_table *gauss, const hpr_pair *
         hpr_vec3 x = hpr_frame_point(p.outer, outer->corner[i][0], outer->corner[i][1]);
         p.slack = hpr_max(p.slack, rounding * hpr_length(hpr_sub(x, p.outline.corner[0])));
     }
+    hpr_strips_init(&p.strips, p.outer, recv_is_outer ? &pair->recv_height : &pair->send_height,
+                    p.outline.corner, p.outline.count);
     double jacobian = hpr_frame_jacobian(p.outer);
     double tolerance = demand->tolerance;
     hpr_events events;

@@ -17,10 +17,10 @@ typedef struct worker {
     hpr_between between;
     hpr_block_scratch *scratch;
     double *far_scratch;
-    /* of links by leaves: one of their blocks, the frames of both sides, which pairs are near */
+    /* of links by leaves: one of their blocks, the frames of both sides, what becomes of their pairs */
     double *piece;
     hpr_element_frame *frame;
-    bool *near;
+    uint8_t *kind;
     uint64_t counts[HPR_COUNTER_COUNT];
     double sampled_error;
 } worker;
@@ -152,7 +152,7 @@ static hpr_status give_scratch(assembly *a)
         if (status == HPR_OK)
             status = hpr_allocate_into(ctx, &w->frame, 2 * most, sizeof *w->frame, "quadrature scratch");
         if (status == HPR_OK)
-            status = hpr_allocate_into(ctx, &w->near, most * most, sizeof *w->near, "quadrature scratch");
+            status = hpr_allocate_into(ctx, &w->kind, most * most, sizeof *w->kind, "quadrature scratch");
     }
     return status;
 }
@@ -222,7 +222,7 @@ static hpr_blocked_load estimate_load(assembly *a, double tolerance)
                               .asked = tolerance};
 }
 
-static void choose_tolerances(assembly *a, double tolerance)
+static void choose_tolerances(assembly *a, double tolerance, double blocked_tolerance)
 {
     static const double part_of_links = 0.1; /* of what links leave out anyway */
     hpr_links *links = a->links;
@@ -230,7 +230,7 @@ static void choose_tolerances(assembly *a, double tolerance)
     double least = tolerance > 0 ? tolerance : part_of_links * links->link_tolerance;
     a->blocked = hpr_blocked_plan(&load);
     if (a->blocked.tolerance > 0)
-        a->blocked.tolerance = fmax(a->blocked.tolerance, least);
+        a->blocked.tolerance = fmax(fmax(a->blocked.tolerance, least), blocked_tolerance);
     links->tolerance =
         tolerance > 0 ? tolerance : fmax(links->occluded ? a->blocked.open_tolerance : 1e-13, least);
     links->blocked_tolerance = links->occluded ? a->blocked.tolerance : 0;
@@ -376,7 +376,7 @@ static int end_degree(const hpr_tree *tree, const link_end *end, size_t index)
 }
 
 /* Constants against constants that are not near each other. Returns whether they could be had so; then
- * w->near tells which are still missing. */
+ * w->kind tells which are still missing. */
 static bool integrate_constants(const assembly *a, worker *w, const hpr_link *link, const link_end *recv,
                                 const link_end *send)
 {
@@ -395,14 +395,17 @@ static bool integrate_constants(const assembly *a, worker *w, const hpr_link *li
         w->frame[i] = hpr_tree_frame(tree, end_node(recv, i), 0);
     for (size_t j = 0; j < send->count; j++)
         w->frame[recv->count + j] = hpr_tree_frame(tree, end_node(send, j), 0);
-    size_t far_count = 0;
-    const hpr_panel panel[2] = {{recv->count, w->frame}, {send->count, w->frame + recv->count}};
-    w->counts[HPR_COUNT_KERNEL] += hpr_constants_block(a->far, &panel[0], &panel[1], links->tolerance,
-                                                       links->block + link->offset, w->near, w->far_scratch);
-    for (size_t k = 0; k < recv->count * send->count; k++)
-        far_count += !w->near[k];
-    w->counts[HPR_COUNT_PAIRS_VISIBLE] += far_count;
-    w->counts[HPR_COUNT_BLOCKS] += far_count;
+    const hpr_constants_task task = {.tables = a->far,
+                                     .recv = {recv->count, w->frame},
+                                     .send = {send->count, w->frame + recv->count},
+                                     .tolerance = links->tolerance,
+                                     .slack_m = hpr_visibility_slack_m(a->visibility)};
+    memset(w->kind, HPR_PAIR_WANTED, recv->count * send->count);
+    hpr_constants_result done =
+        hpr_constants_block(&task, links->block + link->offset, w->kind, w->far_scratch);
+    w->counts[HPR_COUNT_KERNEL] += done.kernel_count;
+    w->counts[HPR_COUNT_PAIRS_VISIBLE] += done.pair_count;
+    w->counts[HPR_COUNT_BLOCKS] += done.pair_count;
     return true;
 }
 
@@ -440,7 +443,7 @@ static void integrate_link(const assembly *a, worker *w, size_t l)
         for (size_t j = 0; j < send.count; j++) {
             p.send = end_node(&send, j);
             p.send_degree = end_degree(tree, &send, j);
-            if (!constants || w->near[i * send.count + j])
+            if (!constants || w->kind[i * send.count + j] == HPR_PAIR_LEFT)
                 integrate_leaves(a, w, &p, block + row * columns + column, columns);
             column += hpr_tree_count(tree, p.send, p.send_degree);
         }
@@ -510,7 +513,7 @@ static void close_workers(assembly *a)
         hpr_release(a->context, w->far_scratch);
         hpr_release(a->context, w->piece);
         hpr_release(a->context, w->frame);
-        hpr_release(a->context, w->near);
+        hpr_release(a->context, w->kind);
     }
     hpr_release(a->context, a->workers);
 }
@@ -550,7 +553,7 @@ hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *
     if (status == HPR_OK)
         status = make_links(&a, demand);
     if (status == HPR_OK && !demand->counted) {
-        choose_tolerances(&a, demand->block_tolerance);
+        choose_tolerances(&a, demand->block_tolerance, demand->blocked_tolerance);
         integrate_all(&a);
         sum_notes(a.links);
         if (hpr_cancelled(ctx))

@@ -1,8 +1,10 @@
 /* The simple evaluation of kernel blocks: one group of points after the other, one receiver point at a time.
  */
+#include "quadrature/aligned.h"
 #include "quadrature/block.h"
 #include "quadrature/flat.h"
 #include "quadrature/homothety.h"
+#include "quadrature/parallel.h"
 #include "quadrature/sampled.h"
 
 #include <string.h>
@@ -16,15 +18,17 @@ struct hpr_block_scratch {
     hpr_context *context;
     hpr_group points;
     hpr_rule_scratch choice; /* the choice of rules works here while `points` is being evaluated */
-    double inner_basis[(size_t)HPR_POINTS_MAX * HPR_MAX_BASIS]; /* [functions][points of the group] */
     double recurrences[4 * HPR_POINTS_MAX];
     double outer_basis[HPR_MAX_BASIS];
     double transported[HPR_MAX_BASIS]; /* sum over inner points of G phi_l */
     double kernel[HPR_POINTS_MAX];
     hpr_convex blocker[HPR_CLIP_BLOCKERS];
-    double inside[2][(size_t)HPR_MAX_BASIS * HPR_MAX_BASIS]; /* sums that homotheties are to be applied to */
-    double part[(size_t)HPR_MAX_BASIS * HPR_MAX_BASIS];      /* what one rule contributes */
-    double matrices[3 * (size_t)HPR_MAX_BASIS * HPR_MAX_BASIS];
+    /* in `room`, what grows with the number of functions */
+    double *inner_basis; /* [functions][points of the group] */
+    double *inside[2];   /* sums that homotheties are to be applied to */
+    double *part;        /* what one rule contributes */
+    double *matrices;
+    double room[];
 };
 
 hpr_status hpr_quadrature_create(hpr_context *ctx, hpr_quadrature **quadrature)
@@ -44,12 +48,33 @@ void hpr_quadrature_destroy(hpr_quadrature **quadrature)
     *quadrature = NULL;
 }
 
+static size_t larger(size_t a, size_t b)
+{
+    return a > b ? a : b;
+}
+
+hpr_status hpr_block_scratch_create_for(hpr_context *ctx, int degree, hpr_block_scratch **scratch)
+{
+    size_t n = (size_t)(degree + 1) * (size_t)(degree + 1);
+    size_t matrices = larger(3 * n * n, larger(hpr_parallel_scratch(degree), hpr_aligned_scratch(degree)));
+    size_t room = n * HPR_POINTS_MAX + 3 * n * n + matrices;
+    hpr_status status =
+        hpr_allocate_into(ctx, scratch, 1, sizeof **scratch + room * sizeof(double), "quadrature scratch");
+    if (status != HPR_OK)
+        return status;
+    hpr_block_scratch *s = *scratch;
+    s->context = ctx;
+    s->inner_basis = s->room;
+    s->part = s->inner_basis + n * HPR_POINTS_MAX;
+    s->inside[0] = s->part + n * n;
+    s->inside[1] = s->inside[0] + n * n;
+    s->matrices = s->inside[1] + n * n;
+    return HPR_OK;
+}
+
 hpr_status hpr_block_scratch_create(hpr_context *ctx, hpr_block_scratch **scratch)
 {
-    hpr_status status = hpr_allocate_into(ctx, scratch, 1, sizeof **scratch, "quadrature scratch");
-    if (status == HPR_OK)
-        (*scratch)->context = ctx;
-    return status;
+    return hpr_block_scratch_create_for(ctx, HPR_MAX_DEGREE, scratch);
 }
 
 void hpr_block_scratch_destroy(hpr_block_scratch **scratch)
@@ -69,8 +94,9 @@ typedef struct evaluation {
     /* of the block's sum and of those that homotheties are to be applied to: estimated error, and the sum of
      * what the rules contribute at most to an entry */
     double error[3], size[3];
-    bool sampled; /* visibility, by rays */
-    bool spent;   /* the budget of evaluations */
+    bool sampled;  /* visibility, by rays */
+    bool spent;    /* the budget of evaluations */
+    bool complete; /* no rule stopped short */
     hpr_block_scratch *scratch;
     hpr_block_result *result;
     const hpr_rule *rule; /* the one whose points are added */
@@ -221,7 +247,15 @@ static void add_rule(void *user, const hpr_rule *chosen)
     int level = rule->kind == HPR_RULE_NESTED ? rule->nested.homothety : 0;
     e->rule = rule;
     memset(e->scratch->part, 0, count * sizeof(double));
-    hpr_rule_points(e->quadrature->gauss, e->pair, rule, &e->scratch->points, add_group, e);
+    if (rule->kind == HPR_RULE_PARALLEL)
+        e->result->kernel_count +=
+            hpr_parallel_add(e->quadrature->gauss, e->pair, &rule->parallel, rule->tolerance,
+                             &e->scratch->points, e->scratch->part, e->scratch->matrices);
+    else if (rule->kind == HPR_RULE_ALIGNED)
+        e->complete &= hpr_aligned_add(e->quadrature->gauss, e->pair, &rule->aligned, rule->tolerance,
+                                       e->scratch->part, e->scratch->matrices, &e->result->kernel_count);
+    else
+        hpr_rule_points(e->quadrature->gauss, e->pair, rule, &e->scratch->points, add_group, e);
     add(level ? e->scratch->inside[level - 1] : e->block, e->scratch->part, count);
     double most = largest(e->scratch->part, count);
     e->error[level] += rule->error * most;
@@ -382,6 +416,7 @@ hpr_block_result hpr_block_ref(const hpr_quadrature *quadrature, const hpr_block
                     .n_send = hpr_basis_count(task->send.shape, task->send.degree),
                     .block = block,
                     .scratch = scratch,
+                    .complete = true,
                     .result = &result};
     size_t count = e.n_recv * e.n_send;
     memset(block, 0, count * sizeof *block);
@@ -407,7 +442,7 @@ hpr_block_result hpr_block_ref(const hpr_quadrature *quadrature, const hpr_block
     if (result.seen)
         error = estimate_of(&e, &outcome, factor, exchange);
     result.error = error.quadrature + error.rounding;
-    result.status = status_of(&e, &error, !outcome.stopped_short && !e.spent);
+    result.status = status_of(&e, &error, e.complete && !outcome.stopped_short && !e.spent);
     result.clip_count = outcome.clip_count;
     return result;
 }

@@ -24,13 +24,13 @@ static double panel_ellipse(double length)
     return b + sqrt(b * b + 1);
 }
 
-static int panel_nodes(const hpr_polar *polar, double ellipse, double growth)
+/* Without regard to HPR_NODES_MAX. */
+static int panel_nodes(int degree, double tolerance, double ellipse, double growth)
 {
     static const double strength =
         4000; /* observed: 99 of 100 points err by less than a tenth of the tolerance */
-    const hpr_convergence c = {ellipse, strength, 1, growth, polar->degree + 2};
-    int nodes = hpr_convergence_nodes(&c, polar->tolerance);
-    return nodes < HPR_NODES_MAX ? nodes : HPR_NODES_MAX;
+    const hpr_convergence c = {ellipse, strength, 1, growth, degree + 2};
+    return hpr_convergence_nodes(&c, tolerance);
 }
 
 /* Growth of a polynomial on [a, b] = d sinh[low, high] to the ellipse around the panel from `begin`. */
@@ -88,67 +88,87 @@ static void add_points(const view *v, const ray *ray, int count, const double *r
     points->count += count;
 }
 
-/* The part of a triangle from y0 to an edge between two directions, by sigma. */
+/* A triangle from y0 to an edge, and the part of it between two directions, by sigma. */
 typedef struct sector {
     hpr_vec3 normal, along; /* from y0 to the edge's line, along the edge */
     double distance;        /* d */
     double begin, end;      /* of the whole edge, along it */
     double low, width;      /* of sigma */
+    int nodes;
 } sector;
 
-/* Nodes of tau as parts of the way to the edge: rho = reach * part, and weights of part dpart. */
+/* A panel over tau, by nodes as parts of the way to the edge: rho = reach * part. */
 typedef struct steps {
-    int count;
-    double part[HPR_NODES_MAX], weight[HPR_NODES_MAX];
+    double low, width, top; /* of tau, sinh of all of it */
+    int nodes;
+    double part[HPR_NODES_MAX], weight[HPR_NODES_MAX]; /* weight: of part dpart */
 } steps;
 
-/* Panel k of `count` over tau; all rays take the steps that suit the longest. */
-static void make_steps(const view *v, double length, int k, int count, steps *st)
+static void make_steps(const hpr_polar *polar, steps *st)
 {
-    const hpr_polar *polar = v->polar;
-    double width = length / count, low = k * width, top = sinh(length), ellipse = panel_ellipse(width);
-    double growth = panel_growth(ellipse, 1 / top, 0, 1, low, width);
-    st->count = panel_nodes(polar, ellipse, growth);
-    const hpr_gauss_rule *gauss = &polar->gauss->legendre[st->count];
-    for (int j = 0; j < st->count; j++) {
-        double sine = sinh(low + width * gauss->node[j]);
-        st->part[j] = sine / top;
-        st->weight[j] = gauss->weight[j] * width * st->part[j] * sqrt(1 + sine * sine) / top;
+    const hpr_gauss_rule *gauss = &polar->gauss->legendre[st->nodes];
+    for (int j = 0; j < st->nodes; j++) {
+        double sine = sinh(st->low + st->width * gauss->node[j]);
+        st->part[j] = sine / st->top;
+        st->weight[j] = gauss->weight[j] * st->width * st->part[j] * sqrt(1 + sine * sine) / st->top;
     }
 }
 
-static void add_panel(const view *v, const sector *sec, const steps *st, int nodes)
+static void add_panel(const view *v, const sector *sec, const steps *st)
 {
     const hpr_polar *polar = v->polar;
-    const hpr_gauss_rule *gauss = &polar->gauss->legendre[nodes];
-    if (polar->points->count + nodes * st->count > HPR_POINTS_MAX)
+    const hpr_gauss_rule *gauss = &polar->gauss->legendre[sec->nodes];
+    if (polar->points->count + sec->nodes * st->nodes > HPR_POINTS_MAX)
         flush(polar);
-    for (int i = 0; i < nodes; i++) {
+    for (int i = 0; i < sec->nodes; i++) {
         double sigma = sec->low + sec->width * gauss->node[i], cosine = cosh(sigma);
         ray ray = make_ray(polar, hpr_madd(hpr_scale(sec->normal, 1 / cosine), tanh(sigma), sec->along));
         double reach = sec->distance * cosine;
         double factor = sec->width * gauss->weight[i] / cosine * reach * reach / polar->jacobian;
         double rho[HPR_NODES_MAX], weight[HPR_NODES_MAX];
-        for (int j = 0; j < st->count; j++) {
+        for (int j = 0; j < st->nodes; j++) {
             rho[j] = reach * st->part[j];
             weight[j] = factor * st->weight[j];
         }
-        add_points(v, &ray, st->count, rho, weight);
+        add_points(v, &ray, st->nodes, rho, weight);
     }
 }
 
-static void add_sector(const view *v, const sector *sec)
+/* All rays take the steps that suit the longest. Panels that would need more nodes than there are fall in
+ * two. */
+static void add_steps(const view *v, const sector *sec, double low, double width, double top)
 {
-    const hpr_polar *polar = v->polar;
-    double reach = fmax(cosh(sec->low), cosh(sec->low + sec->width)) * sec->distance;
-    double length = asinh(reach / v->distance), ellipse = panel_ellipse(sec->width);
-    double growth = panel_growth(ellipse, sec->distance, sec->begin, sec->end, sec->low, sec->width);
-    int count = panels(length), nodes = panel_nodes(polar, ellipse, growth);
-    for (int k = 0; k < count; k++) {
-        steps st;
-        make_steps(v, length, k, count, &st);
-        add_panel(v, sec, &st, nodes);
+    steps st = {.low = low, .width = width, .top = top};
+    double ellipse = panel_ellipse(width);
+    double growth = panel_growth(ellipse, 1 / top, 0, 1, low, width);
+    st.nodes = panel_nodes(v->polar->degree, v->polar->tolerance, ellipse, growth);
+    if (st.nodes > HPR_NODES_MAX) {
+        add_steps(v, sec, low, width / 2, top);
+        add_steps(v, sec, low + width / 2, width / 2, top);
+        return;
     }
+    make_steps(v->polar, &st);
+    add_panel(v, sec, &st);
+}
+
+/* The part from `low` on; panels as above. */
+static void add_sector(const view *v, sector *sec, double low, double width)
+{
+    double ellipse = panel_ellipse(width);
+    double growth = panel_growth(ellipse, sec->distance, sec->begin, sec->end, low, width);
+    sec->low = low;
+    sec->width = width;
+    sec->nodes = panel_nodes(v->polar->degree, v->polar->tolerance, ellipse, growth);
+    if (sec->nodes > HPR_NODES_MAX) {
+        add_sector(v, sec, low, width / 2);
+        add_sector(v, sec, low + width / 2, width / 2);
+        return;
+    }
+    double reach = fmax(cosh(low), cosh(low + width)) * sec->distance;
+    double length = asinh(reach / v->distance), top = sinh(length);
+    int count = panels(length);
+    for (int k = 0; k < count; k++)
+        add_steps(v, sec, k * length / count, length / count, top);
 }
 
 /* The triangle from y0 to the edge from a to b, both relative to y0. */
@@ -160,7 +180,8 @@ static void add_triangle(const view *v, hpr_vec3 a, hpr_vec3 b)
     if (!(length > 0))
         return;
     along = hpr_scale(along, 1 / length);
-    double turn = hpr_dot(hpr_cross(a, along), v->polar->normal), distance = fabs(turn);
+    hpr_vec3 end = hpr_dot(a, a) < hpr_dot(b, b) ? a : b;
+    double turn = hpr_dot(hpr_cross(end, along), v->polar->normal), distance = fabs(turn);
     if (!(distance > nothing * (v->distance + length)))
         return;
     sector sec = {.normal = hpr_scale(hpr_cross(along, v->polar->normal), turn > 0 ? 1 : -1),
@@ -170,11 +191,8 @@ static void add_triangle(const view *v, hpr_vec3 a, hpr_vec3 b)
     sec.end = hpr_dot(b, along);
     double low = asinh(sec.begin / distance), high = asinh(sec.end / distance);
     int count = panels(high - low);
-    sec.width = (high - low) / count;
-    for (int k = 0; k < count; k++) {
-        sec.low = low + k * sec.width;
-        add_sector(v, &sec);
-    }
+    for (int k = 0; k < count; k++)
+        add_sector(v, &sec, low + k * (high - low) / count, (high - low) / count);
 }
 
 static view make_view(const hpr_polar *polar, hpr_vec3 x, hpr_vec3 nearest)
@@ -188,12 +206,16 @@ static view make_view(const hpr_polar *polar, hpr_vec3 x, hpr_vec3 nearest)
     return v;
 }
 
-/* Nearest point of the segment a to b. */
+/* Nearest point of the segment between a and b; from the nearer end on, for rounding of the other may be more
+ * than the height over the plane. */
 static hpr_vec3 nearest_on_edge(hpr_vec3 p, hpr_vec3 a, hpr_vec3 b)
 {
-    hpr_vec3 along = hpr_sub(b, a);
-    double square = hpr_dot(along, along), f = square > 0 ? hpr_dot(hpr_sub(p, a), along) / square : 0;
-    return f <= 0 ? a : f >= 1 ? b : hpr_madd(a, f, along);
+    hpr_vec3 from_a = hpr_sub(p, a), from_b = hpr_sub(p, b);
+    bool first = hpr_dot(from_a, from_a) < hpr_dot(from_b, from_b);
+    hpr_vec3 end = first ? a : b, from = first ? from_a : from_b,
+             along = first ? hpr_sub(b, a) : hpr_sub(a, b);
+    double square = hpr_dot(along, along), f = square > 0 ? hpr_dot(from, along) / square : 0;
+    return f > 0 ? hpr_madd(end, f, along) : end;
 }
 
 /* Nearest point of the polygon to a point of its plane; *edge: the edge that it is on, -1: inside. */
@@ -205,7 +227,9 @@ static hpr_vec3 nearest_in_polygon(const hpr_polar *polar, hpr_vec3 p, int *edge
     for (int i = 0; i < polar->count; i++) {
         hpr_vec3 a = polar->corner[i], b = polar->corner[(i + 1) % polar->count];
         hpr_vec3 q = nearest_on_edge(p, a, b), gap = hpr_sub(q, p);
-        double turn = hpr_dot(hpr_cross(hpr_sub(b, a), hpr_sub(p, a)), polar->normal);
+        hpr_vec3 from_a = hpr_sub(p, a), from_b = hpr_sub(p, b);
+        hpr_vec3 from_end = hpr_dot(from_a, from_a) < hpr_dot(from_b, from_b) ? from_a : from_b;
+        double turn = hpr_dot(hpr_cross(hpr_sub(b, a), from_end), polar->normal);
         sides[turn > 0] += turn != 0;
         if (hpr_dot(gap, gap) < least) {
             least = hpr_dot(gap, gap);
@@ -220,34 +244,64 @@ static hpr_vec3 nearest_in_polygon(const hpr_polar *polar, hpr_vec3 p, int *edge
     return nearest;
 }
 
-/* sigma along the segment itself: its points at the distance d cosh(sigma) from x. */
-static void segment_points(const hpr_polar *polar, hpr_vec3 x)
+/* Panels that would need more nodes than there are fall in two. */
+static void line_panel(const hpr_line *line, double low, double width, hpr_line_sink sink, void *user)
+{
+    double ellipse = panel_ellipse(width), place[HPR_NODES_MAX], weight[HPR_NODES_MAX];
+    double growth = panel_growth(ellipse, line->distance, line->begin, line->end, low, width);
+    int nodes = panel_nodes(line->degree, line->tolerance, ellipse, growth);
+    if (nodes > HPR_NODES_MAX) {
+        line_panel(line, low, width / 2, sink, user);
+        line_panel(line, low + width / 2, width / 2, sink, user);
+        return;
+    }
+    const hpr_gauss_rule *gauss = &line->gauss->legendre[nodes];
+    for (int i = 0; i < nodes; i++) {
+        double sine = sinh(low + width * gauss->node[i]);
+        place[i] = line->distance * sine;
+        weight[i] = width * gauss->weight[i] * line->distance * sqrt(1 + sine * sine);
+    }
+    sink(user, nodes, place, weight);
+}
+
+void hpr_polar_line(const hpr_line *line, hpr_line_sink sink, void *user)
+{
+    double low = asinh(line->begin / line->distance), high = asinh(line->end / line->distance);
+    int count = panels(high - low);
+    for (int k = 0; k < count; k++)
+        line_panel(line, low + k * (high - low) / count, (high - low) / count, sink, user);
+}
+
+/* What the nodes of a segment become. */
+typedef struct segment {
+    const view *view;
+    ray ray;
+} segment;
+
+static void segment_points(void *user, int count, const double *place, const double *weight)
+{
+    const segment *s = user;
+    const hpr_polar *polar = s->view->polar;
+    double scaled[HPR_NODES_MAX];
+    for (int i = 0; i < count; i++)
+        scaled[i] = weight[i] / polar->jacobian;
+    if (polar->points->count + count > HPR_POINTS_MAX)
+        flush(polar);
+    add_points(s->view, &s->ray, count, place, scaled);
+}
+
+static void add_segment(const hpr_polar *polar, hpr_vec3 x)
 {
     hpr_vec3 a = polar->corner[0], along = hpr_sub(polar->corner[1], a);
     double length = hpr_length(along);
     along = hpr_scale(along, 1 / length);
     hpr_vec3 from = hpr_sub(a, x), foot = hpr_madd(from, -hpr_dot(from, along), along);
-    double distance = hpr_length(foot), begin = hpr_dot(from, along);
+    double begin = hpr_dot(from, along);
     view v = make_view(polar, x, hpr_add(x, foot));
-    ray ray = make_ray(polar, along);
-    double low = asinh(begin / distance), high = asinh((begin + length) / distance);
-    int count = panels(high - low);
-    double width = (high - low) / count, ellipse = panel_ellipse(width);
-    for (int k = 0; k < count; k++) {
-        double start = low + k * width;
-        double growth = panel_growth(ellipse, distance, begin, begin + length, start, width);
-        int nodes = panel_nodes(polar, ellipse, growth);
-        const hpr_gauss_rule *gauss = &polar->gauss->legendre[nodes];
-        if (polar->points->count + nodes > HPR_POINTS_MAX)
-            flush(polar);
-        double rho[HPR_NODES_MAX], weight[HPR_NODES_MAX];
-        for (int i = 0; i < nodes; i++) {
-            double sine = sinh(start + width * gauss->node[i]);
-            rho[i] = distance * sine;
-            weight[i] = width * gauss->weight[i] * distance * sqrt(1 + sine * sine) / polar->jacobian;
-        }
-        add_points(&v, &ray, nodes, rho, weight);
-    }
+    segment s = {&v, make_ray(polar, along)};
+    const hpr_line line = {polar->gauss,   hpr_length(foot), begin,
+                           begin + length, polar->tolerance, polar->degree};
+    hpr_polar_line(&line, segment_points, &s);
 }
 
 double hpr_polar_height(const hpr_polar *polar, hpr_vec3 x)
@@ -275,7 +329,7 @@ void hpr_polar_points(const hpr_polar *polar, hpr_vec3 x, double z)
 {
     polar->points->count = 0;
     if (polar->count == 2) {
-        segment_points(polar, x);
+        add_segment(polar, x);
     } else {
         int edge;
         hpr_vec3 foot = hpr_madd(x, -z, polar->normal);

@@ -33,8 +33,16 @@ typedef struct hpr_facet {
 hpr_status hpr_visibility_create(const hpr_patches *patches, hpr_visibility **visibility);
 void hpr_visibility_destroy(hpr_visibility **visibility);
 
+/* The two halves of it: all but rays (hpr_visibility_blocked and hpr_visibility_first_hit), for those who may
+ * turn out to trace none, for Embree takes longer to start than a few pairs to integrate; and the rest. */
+hpr_status hpr_visibility_create_untraced(const hpr_patches *patches, hpr_visibility **visibility);
+hpr_status hpr_visibility_prepare_rays(hpr_visibility *visibility);
+
 /* The patches that it was made from. */
 const hpr_patches *hpr_visibility_patches(const hpr_visibility *visibility);
+
+/* Points nearer than this to a plane are in it. */
+double hpr_visibility_slack_m(const hpr_visibility *visibility);
 
 size_t hpr_visibility_occluder_count(const hpr_visibility *visibility);
 
@@ -79,7 +87,9 @@ typedef struct hpr_hit {
  * Nearest patch along origin + d direction, near < d < far (direction of length 1). cull: backs of
  * single-sided patches let the ray through, as glTF culls them; else they stop it (patch is then the one
  * whose back is hit and *back is set, back may be NULL). Of twins the side that faces the origin is returned.
- * Distance and parameters are computed in double; equal distances go to the lowest index. Thread-safe.
+ * Distance and parameters are computed in double; of hits in one plane, within rounding, a
+ * front comes before a back, then a patch with a twin before one without, as the former covers the latter
+ * (link/coverage.h), then the lowest index. Thread-safe.
  */
 hpr_hit hpr_visibility_first_hit(const hpr_visibility *visibility, const double origin[3],
                                  const double direction[3], double near, double far, bool cull, bool *back);

@@ -83,7 +83,7 @@ static bool integrate_pair(const assembly *a, worker *w, size_t p, size_t q)
                            .seed = (uint64_t)p << 32 | q};
     if (hpr_views_classify(a->views, w->cursor, p, q, w->blocker, &task.blocker_count) == HPR_SEES_NOTHING)
         return false;
-    hpr_block_result result = hpr_block_ref(a->quadrature, &task, w->block, w->scratch);
+    hpr_block_result result = hpr_block(a->quadrature, &task, w->block, w->scratch);
     w->kernel_count += result.kernel_count;
     w->ray_count += result.ray_count;
     w->clip_count += result.clip_count;

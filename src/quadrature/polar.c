@@ -1,6 +1,7 @@
 #include "quadrature/polar.h"
 
 #include "quadrature/analytic.h"
+#include "quadrature/lanes_sums.h"
 
 /* The points are seen from x; y0 is the nearest. */
 typedef struct view {
@@ -66,26 +67,27 @@ static ray make_ray(const hpr_polar *polar, hpr_vec3 direction)
     return (ray){direction, s, t, rise};
 }
 
-/* Points at the distances rho along a ray from y0. */
-static void add_points(const view *v, const ray *ray, int count, const double *rho, const double *weight)
+/* Nodes of tau as parts of the way to the edge: rho = reach * part, and weights of part dpart; up to the end
+ * of the last eight. */
+typedef struct steps {
+    int count;
+    double part[HPR_NODES_MAX], weight[HPR_NODES_MAX];
+} steps;
+
+/* Points at the distances reach * part along a ray from y0, weights times `factor`. */
+static void add_points(const view *v, const ray *ray, const steps *st, double reach, double factor)
 {
     const hpr_polar *polar = v->polar;
-    hpr_points *points = polar->points;
-    int first = points->count;
-    double *s = points->s + first, *t = points->t + first, *w = points->weight + first;
-    double *x = points->x + first, *y = points->y + first, *z = points->z + first;
-    const double s0 = polar->origin[0] + v->s0, t0 = polar->origin[1] + v->t0, height0 = v->height0;
-    const hpr_vec3 offset = v->offset, direction = ray->direction;
-    const double ds = ray->s, dt = ray->t, rise = ray->height;
-    for (int j = 0; j < count; j++) {
-        s[j] = s0 + rho[j] * ds;
-        t[j] = t0 + rho[j] * dt;
-        x[j] = offset.x + rho[j] * direction.x;
-        y[j] = offset.y + rho[j] * direction.y;
-        z[j] = offset.z + rho[j] * direction.z;
-        w[j] = weight[j] * (height0 + rho[j] * rise);
-    }
-    points->count += count;
+    const hpr_vec3 offset = v->offset, by = hpr_scale(ray->direction, reach);
+    const hpr_point_line line = {
+        .at = {polar->origin[0] + v->s0, polar->origin[1] + v->t0, offset.x, offset.y, offset.z, v->height0},
+        .by = {reach * ray->s, reach * ray->t, by.x, by.y, by.z, reach * ray->height},
+        .count = (size_t)st->count,
+        .u = st->part,
+        .weight = st->weight,
+        .scale = factor,
+        .least = -INFINITY};
+    hpr_sums_of(polar->group->isa)->line(&line, polar->points);
 }
 
 /* The part of a triangle from y0 to an edge between two directions, by sigma. */
@@ -95,12 +97,6 @@ typedef struct sector {
     double begin, end;      /* of the whole edge, along it */
     double low, width;      /* of sigma */
 } sector;
-
-/* Nodes of tau as parts of the way to the edge: rho = reach * part, and weights of part dpart. */
-typedef struct steps {
-    int count;
-    double part[HPR_NODES_MAX], weight[HPR_NODES_MAX];
-} steps;
 
 /* Panel k of `count` over tau; all rays take the steps that suit the longest. */
 static void make_steps(const view *v, double length, int k, int count, steps *st)
@@ -115,6 +111,8 @@ static void make_steps(const view *v, double length, int k, int count, steps *st
         st->part[j] = sine / top;
         st->weight[j] = gauss->weight[j] * width * st->part[j] * sqrt(1 + sine * sine) / top;
     }
+    for (size_t j = (size_t)st->count; j < hpr_lanes_padded((size_t)st->count); j++)
+        st->part[j] = st->weight[j] = 0;
 }
 
 static void add_panel(const view *v, const sector *sec, const steps *st, int nodes)
@@ -128,12 +126,7 @@ static void add_panel(const view *v, const sector *sec, const steps *st, int nod
         ray ray = make_ray(polar, hpr_madd(hpr_scale(sec->normal, 1 / cosine), tanh(sigma), sec->along));
         double reach = sec->distance * cosine;
         double factor = sec->width * gauss->weight[i] / cosine * reach * reach / polar->jacobian;
-        double rho[HPR_NODES_MAX], weight[HPR_NODES_MAX];
-        for (int j = 0; j < st->count; j++) {
-            rho[j] = reach * st->part[j];
-            weight[j] = factor * st->weight[j];
-        }
-        add_points(v, &ray, st->count, rho, weight);
+        add_points(v, &ray, st, reach, factor);
     }
 }
 
@@ -240,13 +233,13 @@ static void segment_points(const hpr_polar *polar, hpr_vec3 x)
         const hpr_gauss_rule *gauss = &polar->gauss->legendre[nodes];
         if (polar->points->count + nodes > HPR_POINTS_MAX)
             flush(polar);
-        double rho[HPR_NODES_MAX], weight[HPR_NODES_MAX];
+        steps st = {.count = nodes};
         for (int i = 0; i < nodes; i++) {
             double sine = sinh(start + width * gauss->node[i]);
-            rho[i] = distance * sine;
-            weight[i] = width * gauss->weight[i] * distance * sqrt(1 + sine * sine) / polar->jacobian;
+            st.part[i] = sine;
+            st.weight[i] = width * gauss->weight[i] * sqrt(1 + sine * sine);
         }
-        add_points(&v, &ray, nodes, rho, weight);
+        add_points(&v, &ray, &st, distance, distance / polar->jacobian);
     }
 }
 

@@ -99,7 +99,7 @@ static void test_block(void **state)
             found++;
             hpr_far_result far = hpr_far_block(b->far, &recv, &send, block, b->far_scratch);
             hpr_block_task task = {.recv = recv, .send = send, .tolerance = 1e-12};
-            hpr_block_ref(b->quadrature, &task, exact, b->scratch);
+            hpr_block(b->quadrature, &task, exact, b->scratch);
             size_t size = hpr_basis_count(recv.shape, degree) * hpr_basis_count(send.shape, degree);
             double error2 = 0, left_out = hypot(far.recv_error, far.send_error);
             for (size_t k = 0; k < size; k++)
@@ -178,7 +178,7 @@ static void check_constants(bench *b, hpr_shape recv_shape, hpr_shape send_shape
     for (int i = 0; i < CELLS; i++) {
         for (int j = 0; j < CELLS; j++) {
             hpr_block_task task = {.recv = recv[i], .send = send[j], .tolerance = 1e-13};
-            hpr_block_ref(b->quadrature, &task, &exact, b->scratch);
+            hpr_block(b->quadrature, &task, &exact, b->scratch);
             near_count += near[i * CELLS + j];
             if (near[i * CELLS + j])
                 assert_true(block[i * CELLS + j] == 0);

@@ -1,11 +1,10 @@
 /* Model file -> view factors or kernel blocks, and the table of surfaces. */
+#include "app/factor_stream.h"
 #include "app/job.h"
 #include "app/names.h"
 #include "basis/basis.h"
 #include "io/factors_report.h"
-#include "io/factors_write.h"
 #include "io/vs3_read.h"
-#include "link/form_factors.h"
 #include "solver/exchange.h"
 
 #include <math.h>
@@ -29,10 +28,13 @@ typedef struct work {
     double tolerance;
     bool closed, wants_exchange;
     hpr_rows *rows;
-    hpr_form_factors *factors; /* or */
+    bool streamed; /* view factors go to their file at once, or */
+    hpr_factor_stream stream;
+    hpr_form_factors *factors; /* are kept; or */
     double *block;             /* kernel blocks, or */
     double *exchange;          /* script-F beside the factors */
     double *row_sum;           /* [rows->count] of F */
+    size_t outside_count;      /* factors outside [0, 1] */
     hpr_pairs_done done;
 } work;
 
@@ -151,15 +153,24 @@ static double block_count(const work *w)
     return rows * rows * functions * functions;
 }
 
+/* Tiles need a file in which one may jump, script-F and lines of text the whole matrix. */
+static bool may_stream(const work *w)
+{
+    return w->options->order < 0 && w->output_format == FORMAT_NPY && !w->wants_exchange &&
+           !hpr_atomic_is_direct(w->output_path);
+}
+
 static hpr_status check_memory(work *w)
 {
     size_t n = w->rows->count;
     double machine = hpr_machine_bytes();
     double needed = 0;
+    w->streamed = may_stream(w);
     if (w->options->order >= 0)
         needed = block_count(w) * sizeof(double);
     else
-        needed = hpr_form_factors_bytes(n) + (w->wants_exchange ? hpr_exchange_bytes(n) : 0);
+        needed =
+            (w->streamed ? 0 : hpr_form_factors_bytes(n)) + (w->wants_exchange ? hpr_exchange_bytes(n) : 0);
     if (needed > 0.9 * machine)
         return hpr_fail(w->job.context, HPR_ERR_MEMORY,
                         "%zu surfaces need %.3g GB for their %s, this machine has %.3g GB", n, 1e-9 * needed,
@@ -211,15 +222,13 @@ static double closure_defect(const work *w)
     return worst;
 }
 
-/* Sums the rows of F, checks that nothing is impossible. */
-static hpr_status judge(work *w)
+/* Sums the rows of F; how many factors are impossible. */
+static hpr_status sum_rows(work *w)
 {
     hpr_context *ctx = w->job.context;
-    size_t n = w->rows->count, outside = 0;
+    size_t n = w->rows->count;
     double *line = NULL;
-    hpr_status status = hpr_allocate_into(ctx, &w->row_sum, n, sizeof *w->row_sum, "row sums");
-    if (status == HPR_OK)
-        status = hpr_allocate_into(ctx, &line, n, sizeof *line, "row sums");
+    hpr_status status = hpr_allocate_into(ctx, &line, n, sizeof *line, "row sums");
     for (size_t i = 0; status == HPR_OK && i < n; i++) {
         if (w->factors)
             hpr_form_factors_row(w->factors, i, line);
@@ -227,20 +236,26 @@ static hpr_status judge(work *w)
             fetch_block_factors(w, i, line);
         for (size_t j = 0; j < n; j++) {
             w->row_sum[i] += line[j];
-            outside += !(line[j] >= -rounding && line[j] <= 1 + rounding);
+            w->outside_count += !(line[j] >= -rounding && line[j] <= 1 + rounding);
         }
     }
-    if (status == HPR_OK && outside)
-        hpr_warn(ctx, "%s: %zu view factors are outside [0, 1] by more than %g", w->model_path, outside,
-                 rounding);
-    if (status == HPR_OK) {
-        w->job.result->outside_count = outside;
-        w->job.result->closure_defect = closure_defect(w);
-    }
-    if (status == HPR_OK && w->closed)
-        warn_unclosed(w);
     hpr_release(ctx, line);
     return status;
+}
+
+/* Checks that nothing is impossible. */
+static void judge(work *w)
+{
+    hpr_job_result *result = w->job.result;
+    if (w->outside_count)
+        hpr_warn(w->job.context, "%s: %zu view factors are outside [0, 1] by more than %g", w->model_path,
+                 w->outside_count, rounding);
+    result->pair_count = w->done.pair_count;
+    result->short_count = w->done.short_count;
+    result->outside_count = w->outside_count;
+    result->closure_defect = closure_defect(w);
+    if (w->closed)
+        warn_unclosed(w);
 }
 
 static hpr_status make_exchange(work *w)
@@ -261,28 +276,47 @@ static hpr_status make_exchange(work *w)
     return status;
 }
 
+static hpr_status stream_factors(work *w)
+{
+    hpr_status status = hpr_factor_stream_open(w->rows, w->output_path, rounding, &w->stream);
+    if (status == HPR_OK)
+        status = hpr_factor_stream_run(&w->stream, w->tolerance, w->row_sum, &w->done);
+    w->outside_count = w->stream.outside;
+    return status;
+}
+
+static hpr_status keep_factors(work *w)
+{
+    hpr_status status = hpr_form_factors_create(w->rows, w->tolerance, &w->factors);
+    if (status != HPR_OK)
+        return status;
+    w->done = w->factors->done;
+    return sum_rows(w);
+}
+
+static hpr_status keep_blocks(work *w)
+{
+    hpr_status status = hpr_allocate_into(w->job.context, &w->block, (size_t)block_count(w), sizeof *w->block,
+                                          "kernel blocks");
+    if (status == HPR_OK)
+        status = hpr_form_blocks(w->rows, w->options->order, w->tolerance, w->block, &w->done);
+    return status == HPR_OK ? sum_rows(w) : status;
+}
+
 static hpr_status integrate(work *w)
 {
     hpr_context *ctx = w->job.context;
     hpr_status status = hpr_job_enter(&w->job, HPR_JOB_SOLVE);
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &w->row_sum, w->rows->count, sizeof *w->row_sum, "row sums");
     if (status != HPR_OK)
         return status;
-    int order = w->options->order;
-    hpr_stage_begin(ctx, order < 0 ? "view factors" : "kernel blocks");
-    if (order < 0) {
-        status = hpr_form_factors_create(w->rows, w->tolerance, &w->factors);
-        if (status == HPR_OK)
-            w->done = w->factors->done;
-    } else {
-        status = hpr_allocate_into(ctx, &w->block, (size_t)block_count(w), sizeof *w->block, "kernel blocks");
-        if (status == HPR_OK)
-            status = hpr_form_blocks(w->rows, order, w->tolerance, w->block, &w->done);
-    }
+    bool blocks = w->options->order >= 0;
+    hpr_stage_begin(ctx, blocks ? "kernel blocks" : "view factors");
+    status = blocks ? keep_blocks(w) : w->streamed ? stream_factors(w) : keep_factors(w);
     hpr_stage_end(ctx);
-    w->job.result->pair_count = w->done.pair_count;
-    w->job.result->short_count = w->done.short_count;
     if (status == HPR_OK)
-        status = judge(w);
+        judge(w);
     if (status == HPR_OK && w->factors && w->wants_exchange)
         status = make_exchange(w);
     return status;
@@ -299,12 +333,14 @@ static void fetch_exchange(const void *data, size_t i, double *line)
     memcpy(line, w->exchange + i * w->rows->count, w->rows->count * sizeof *line);
 }
 
-static hpr_status write_matrix(const work *w)
+static hpr_status write_matrix(work *w)
 {
     hpr_context *ctx = w->job.context;
     size_t count = w->rows->count;
     const hpr_factor_source source = {
         .count = count, .fetch = w->exchange ? fetch_exchange : fetch_factors, .data = w};
+    if (w->streamed)
+        return hpr_factor_stream_close(&w->stream, HPR_OK);
     if (w->block) {
         size_t n = hpr_form_blocks_size(w->rows, w->options->order);
         return hpr_array_write_npy(ctx, w->output_path, 4, (const size_t[]){count, count, n, n}, w->block);
@@ -386,6 +422,8 @@ hpr_status hpr_job_form_factors(hpr_context *ctx, const char *model_path,
         status = integrate(&w);
     if (status == HPR_OK)
         status = write_outputs(&w);
+    if (w.streamed)
+        status = hpr_factor_stream_close(&w.stream, status);
     hpr_form_factors_destroy(&w.factors);
     hpr_rows_destroy(&w.rows);
     void *arrays[] = {w.output_path, w.table_path, w.block, w.exchange, w.row_sum};

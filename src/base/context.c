@@ -58,9 +58,10 @@ static bool isa_available(hpr_isa isa)
     case HPR_ISA_SSE2:
         return true;
     case HPR_ISA_AVX2:
-        return __builtin_cpu_supports("avx2");
+        return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
     case HPR_ISA_AVX512:
-        return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq");
+        return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+               __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("fma");
     }
 #endif
     return isa == HPR_ISA_SSE2;

@@ -196,8 +196,8 @@ void hpr_basis_eval(hpr_shape shape, int degree, double s, double t, double *val
 }
 
 /* sqrt(2n+1) P_n(2s-1) into rows `step` apart. */
-HPR_INLINE void legendre_many(int degree, size_t count, const double *restrict s, double *restrict before,
-                              double *restrict now, size_t step, double *values)
+HPR_LANES_BODY void legendre_many(int degree, size_t count, const double *restrict s, double *restrict before,
+                                  double *restrict now, size_t step, double *values)
 {
     for (size_t k = 0; k < count; k++) {
         before[k] = 0;
@@ -214,8 +214,8 @@ HPR_INLINE void legendre_many(int degree, size_t count, const double *restrict s
     }
 }
 
-HPR_INLINE void tensor_many(int degree, size_t count, const double *s, const double *t, size_t stride,
-                            double *values, double *scratch)
+HPR_LANES_BODY void tensor_many(int degree, size_t count, const double *s, const double *t, size_t stride,
+                                double *values, double *scratch)
 {
     size_t n = (size_t)degree + 1;
     /* in s at k = n a, in t at k = b; a = 0 is 1 and stays to the last */
@@ -232,8 +232,8 @@ HPR_INLINE void tensor_many(int degree, size_t count, const double *s, const dou
     }
 }
 
-HPR_INLINE void dubiner_many(int degree, size_t count, const double *s, const double *t, size_t stride,
-                             double *values, double *scratch)
+HPR_LANES_BODY void dubiner_many(int degree, size_t count, const double *s, const double *t, size_t stride,
+                                 double *values, double *scratch)
 {
     double *row_before = scratch, *row = scratch + stride, *before = scratch + 2 * stride,
            *now = scratch + 3 * stride;
@@ -270,8 +270,8 @@ HPR_INLINE void dubiner_many(int degree, size_t count, const double *s, const do
     }
 }
 
-HPR_INLINE void many_body(hpr_shape shape, int degree, size_t count, const double *s, const double *t,
-                          size_t stride, double *values, double *scratch)
+HPR_LANES_BODY void many_body(hpr_shape shape, int degree, size_t count, const double *s, const double *t,
+                              size_t stride, double *values, double *scratch)
 {
     if (shape == HPR_SHAPE_PARALLELOGRAM)
         tensor_many(degree, count, s, t, stride, values, scratch);
@@ -279,14 +279,14 @@ HPR_INLINE void many_body(hpr_shape shape, int degree, size_t count, const doubl
         dubiner_many(degree, count, s, t, stride, values, scratch);
 }
 
-HPR_AVX2 static void many_avx2(hpr_shape shape, int degree, size_t count, const double *s, const double *t,
-                               size_t stride, double *values, double *scratch)
+HPR_TARGET_AVX2 static void many_avx2(hpr_shape shape, int degree, size_t count, const double *s,
+                                      const double *t, size_t stride, double *values, double *scratch)
 {
     many_body(shape, degree, count, s, t, stride, values, scratch);
 }
 
-HPR_AVX512 static void many_avx512(hpr_shape shape, int degree, size_t count, const double *s,
-                                   const double *t, size_t stride, double *values, double *scratch)
+HPR_TARGET_AVX512 static void many_avx512(hpr_shape shape, int degree, size_t count, const double *s,
+                                          const double *t, size_t stride, double *values, double *scratch)
 {
     many_body(shape, degree, count, s, t, stride, values, scratch);
 }

@@ -37,6 +37,46 @@ hpr_lambert hpr_lambert_above(hpr_vec3 normal, const hpr_vec3 *corner, size_t co
     return (hpr_lambert){sum / (2 * 3.14159265358979323846), size / sum, error / sum};
 }
 
+/* One edge from u to v, seen from the foot: twice the area of the triangle with the sign of its side, and the
+ * edge's term over the cosine of the planes, less the angle that the foot sees, with that sign. */
+static double beside_edge(hpr_vec3 plane, double height, hpr_vec3 u, hpr_vec3 v, double *area, double *weight)
+{
+    hpr_vec3 edge = hpr_sub(v, u);
+    double s = hpr_dot(plane, hpr_cross(u, v)), side = s < 0 ? -1 : 1, z2 = height * height;
+    double raised = z2 * hpr_dot(edge, edge), flat = fabs(s), sine = sqrt(s * s + raised);
+    double cosine = hpr_dot(u, v), angle = atan2(sine, cosine + z2), lift = raised / (sine + flat);
+    double more = atan2(lift * cosine - flat * z2, (cosine + z2) * cosine + sine * flat);
+    *area = s;
+    *weight = angle / sine;
+    return side * (more - *weight * lift);
+}
+
+hpr_lambert hpr_lambert_beside(hpr_vec3 normal, hpr_vec3 plane, double height, const hpr_vec3 *corner,
+                               size_t count)
+{
+    static const double turn = 2 * 3.14159265358979323846;
+    double facing = hpr_dot(normal, plane), sum = 0, size = 0;
+    size_t left = 0, edges = 0;
+    for (size_t i = 0; i < count; i++) {
+        hpr_vec3 u = hpr_madd(corner[i], height, plane), v = hpr_madd(corner[(i + 1) % count], height, plane);
+        hpr_vec3 edge = hpr_sub(v, u);
+        double area, weight;
+        if (!(hpr_dot(edge, edge) > 0))
+            continue;
+        double term = facing * beside_edge(plane, height, u, v, &area, &weight);
+        double tilt = -height * weight * hpr_dot(normal, hpr_cross(plane, edge));
+        sum += term + tilt;
+        size += fabs(term) + fabs(tilt);
+        edges++;
+        left += area >= 0;
+    }
+    if (left == 0 || left == edges) {
+        sum += left ? facing * turn : -facing * turn;
+        size += fabs(facing) * turn;
+    }
+    return (hpr_lambert){fabs(sum) / turn, size / fabs(sum), 4 * size / fabs(sum)};
+}
+
 double hpr_lambert_fraction(const double point[3], const double normal[3], const double (*corner)[3],
                             size_t count)
 {

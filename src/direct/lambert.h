@@ -28,4 +28,13 @@ typedef struct hpr_lambert {
 /* For a polygon wholly above the horizon, corners relative to the point; count >= 3. */
 hpr_lambert hpr_lambert_above(hpr_vec3 normal, const hpr_vec3 *corner, size_t count);
 
+/*
+ * The same for a point not far from the polygon's plane, `height` > 0 in front of it (its normal `plane`, of
+ * length 1). Beside the polygon the edges' terms cancel there but for squares of the height. But seen from
+ * the point's foot in the plane the edges' angles, with the signs of their sides, sum up to a full turn or to
+ * none; only what the terms differ from these is summed, and formed without cancellation.
+ */
+hpr_lambert hpr_lambert_beside(hpr_vec3 normal, hpr_vec3 plane, double height, const hpr_vec3 *corner,
+                               size_t count);
+
 #endif

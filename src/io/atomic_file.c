@@ -1,5 +1,6 @@
 #include "io/atomic_file.h"
 
+#include <assert.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>
@@ -139,6 +140,29 @@ hpr_status hpr_atomic_write(hpr_atomic_file *file, const void *data, size_t byte
 {
     if (bytes && fwrite(data, 1, bytes, file->stream) != bytes)
         return fail_errno(file, errno);
+    return HPR_OK;
+}
+
+bool hpr_atomic_is_direct(const char *path)
+{
+    struct stat info;
+    return !strcmp(path, "/dev/stdout") || (stat(path, &info) == 0 && written_directly(path, &info));
+}
+
+hpr_status hpr_atomic_write_at(hpr_atomic_file *file, const void *data, size_t bytes, size_t offset)
+{
+    const char *at = data;
+    assert(file->temporary);
+    while (bytes) {
+        ssize_t written = pwrite(fileno(file->stream), at, bytes, (off_t)offset);
+        if (written < 0 && errno == EINTR && !hpr_cancelled(file->context))
+            continue;
+        if (written <= 0)
+            return fail_errno(file, written < 0 ? errno : EIO);
+        at += written;
+        offset += (size_t)written;
+        bytes -= (size_t)written;
+    }
     return HPR_OK;
 }
 

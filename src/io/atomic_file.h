@@ -33,6 +33,13 @@ hpr_status hpr_atomic_open_stdout(hpr_context *ctx, hpr_atomic_file *file);
 /* Appends bytes. Errors: HPR_ERR_IO, HPR_ERR_INTERRUPTED. */
 hpr_status hpr_atomic_write(hpr_atomic_file *file, const void *data, size_t bytes);
 
+/* Is what stands under the name now, if anything, written directly? */
+bool hpr_atomic_is_direct(const char *path);
+
+/* Bytes at a place of their own, of a file that is not written directly. Calls for different places may be
+ * concurrent. Errors: HPR_ERR_IO, HPR_ERR_INTERRUPTED. */
+hpr_status hpr_atomic_write_at(hpr_atomic_file *file, const void *data, size_t bytes, size_t offset);
+
 /* Appends formatted text; a failure shows at commit. */
 void hpr_atomic_print(hpr_atomic_file *file, const char *format, ...) HPR_PRINTF(2, 3);
 

@@ -1,6 +1,5 @@
 #include "io/factors_write.h"
 
-#include "io/atomic_file.h"
 #include "io/json_text.h"
 
 #include <assert.h>
@@ -10,8 +9,9 @@
 
 _Static_assert(__BYTE_ORDER == __LITTLE_ENDIAN, "NPY files are written as the machine has its numbers");
 
-/* Magic, version 1.0, length of the rest; the rest ends with a line end and fills up to a multiple of 64. */
-static hpr_status write_npy_header(hpr_atomic_file *file, int dimensions, const size_t *shape)
+/* Magic, version 1.0, length of the rest; the rest ends with a line end and fills up to a multiple of 64.
+ * bytes: how many there are, unless NULL. */
+static hpr_status write_npy_header(hpr_atomic_file *file, int dimensions, const size_t *shape, size_t *bytes)
 {
     enum { PREFIX = 10, ALIGNMENT = 64 };
     char header[256] = "\x93NUMPY\x01";
@@ -29,6 +29,8 @@ static hpr_status write_npy_header(hpr_atomic_file *file, int dimensions, const 
     header[total - 1] = '\n';
     header[8] = (char)((total - PREFIX) & 0xff);
     header[9] = (char)((total - PREFIX) >> 8);
+    if (bytes)
+        *bytes = total;
     return hpr_atomic_write(file, header, total);
 }
 
@@ -49,7 +51,7 @@ hpr_status hpr_array_write_npy(hpr_context *ctx, const char *path, int dimension
         count *= shape[i];
     hpr_status status = hpr_atomic_open(ctx, path, &file);
     if (status == HPR_OK)
-        status = write_npy_header(&file, dimensions, shape);
+        status = write_npy_header(&file, dimensions, shape, NULL);
     if (status == HPR_OK)
         status = hpr_atomic_write(&file, array, count * sizeof *array);
     return close_file(&file, status);
@@ -100,10 +102,50 @@ hpr_status hpr_factors_write_npy(hpr_context *ctx, const char *path, const hpr_f
     const size_t shape[] = {source->count, source->count};
     hpr_status status = hpr_atomic_open(ctx, path, &file);
     if (status == HPR_OK)
-        status = write_npy_header(&file, 2, shape);
+        status = write_npy_header(&file, 2, shape, NULL);
     if (status == HPR_OK)
         status = write_lines(&file, source, write_binary_line);
     return close_file(&file, status);
+}
+
+hpr_status hpr_factor_file_open(hpr_context *ctx, const char *path, size_t count, const double *area_m2,
+                                hpr_factor_file *file)
+{
+    *file = (hpr_factor_file){.count = count, .area_m2 = area_m2};
+    const size_t shape[] = {count, count};
+    hpr_status status = hpr_atomic_open(ctx, path, &file->file);
+    if (status == HPR_OK)
+        status = write_npy_header(&file->file, 2, shape, &file->start);
+    return status;
+}
+
+/* A piece of line i of the matrix from column j on: count numbers, `stride` from one to the next. */
+static hpr_status put_piece(hpr_factor_file *file, size_t i, size_t j, const double *exchange, size_t stride,
+                            size_t count)
+{
+    double line[HPR_FACTOR_TILE_MOST], area = file->area_m2[i];
+    assert(count <= HPR_FACTOR_TILE_MOST);
+    for (size_t k = 0; k < count; k++)
+        line[k] = area > 0 ? exchange[k * stride] / area : 0;
+    return hpr_atomic_write_at(&file->file, line, count * sizeof *line,
+                               file->start + (i * file->count + j) * sizeof *line);
+}
+
+hpr_status hpr_factor_file_put(hpr_factor_file *file, const hpr_factor_tile *tile)
+{
+    hpr_status status = HPR_OK;
+    for (size_t r = 0; r < tile->row_count && status == HPR_OK; r++)
+        status = put_piece(file, tile->row + r, tile->column, tile->exchange + r * tile->column_count, 1,
+                           tile->column_count);
+    for (size_t c = 0; c < tile->column_count && status == HPR_OK && tile->row != tile->column; c++)
+        status = put_piece(file, tile->column + c, tile->row, tile->exchange + c, tile->column_count,
+                           tile->row_count);
+    return status;
+}
+
+hpr_status hpr_factor_file_close(hpr_factor_file *file, hpr_status status)
+{
+    return close_file(&file->file, status);
 }
 
 hpr_status hpr_factors_write_csv(hpr_context *ctx, const char *path, const hpr_factor_source *source)

@@ -1,5 +1,6 @@
 /* The links' blocks: how much memory they take, how exact they have to be, and their integrals. */
 #include "link/afford.h"
+#include "link/between.h"
 #include "link/blocked.h"
 #include "link/links.h"
 #include "link/refine.h"
@@ -13,16 +14,13 @@
 
 /* Working memory of one thread, and what it counted. */
 typedef struct worker {
-    hpr_views_cursor *cursor;
+    hpr_between between;
     hpr_block_scratch *scratch;
     double *far_scratch;
-    /* of links by leaves: one of their blocks, the frames of both sides, which pairs are near */
+    /* of links by leaves: one of their blocks, the frames of both sides, what becomes of their pairs */
     double *piece;
     hpr_element_frame *frame;
-    bool *near;
-    uint32_t *candidate, *blocker; /* [occluder_count] of a pair of patches, of a pair of nodes */
-    size_t candidate_count;
-    uint32_t recv_patch, send_patch; /* the pair of patches that the candidates belong to */
+    uint8_t *kind;
     uint64_t counts[HPR_COUNTER_COUNT];
     double sampled_error;
 } worker;
@@ -108,7 +106,7 @@ static hpr_status find_verdicts(assembly *a, const bool *sends)
         return status;
 #pragma omp parallel for schedule(dynamic, 4) num_threads(hpr_context_threads(a->context))
     for (size_t i = 0; i < n; i++) {
-        hpr_views_cursor *cursor = a->workers[omp_get_thread_num()].cursor;
+        hpr_views_cursor *cursor = a->workers[omp_get_thread_num()].between.cursor;
         for (size_t j = i + 1; j < n && !hpr_cancelled(a->context); j++) {
             hpr_verdict verdict = sends[i] || sends[j]
                                       ? hpr_views_classify(a->views, cursor, i, j, NULL, NULL)
@@ -154,7 +152,7 @@ static hpr_status give_scratch(assembly *a)
         if (status == HPR_OK)
             status = hpr_allocate_into(ctx, &w->frame, 2 * most, sizeof *w->frame, "quadrature scratch");
         if (status == HPR_OK)
-            status = hpr_allocate_into(ctx, &w->near, most * most, sizeof *w->near, "quadrature scratch");
+            status = hpr_allocate_into(ctx, &w->kind, most * most, sizeof *w->kind, "quadrature scratch");
     }
     return status;
 }
@@ -214,9 +212,8 @@ static hpr_blocked_load estimate_load(assembly *a, double tolerance)
         const hpr_link *link = &links->link[l];
         if (!link->partly || seen++ % stride)
             continue;
-        hpr_views_classify(a->views, w->cursor, patch[link->recv], patch[link->send], w->candidate,
-                           &w->candidate_count);
-        blockers += (double)w->candidate_count;
+        hpr_between_patches(&w->between, patch[link->recv], patch[link->send]);
+        blockers += (double)w->between.candidate_count;
         looked_at++;
     }
     return (hpr_blocked_load){.pair_count = links->partly_count,
@@ -246,21 +243,6 @@ typedef struct piece {
     int recv_degree, send_degree;
     double *block; /* compact */
 } piece;
-
-/* What may come between two nodes; false if one thing hides all. */
-static bool find_blockers(const assembly *a, worker *w, const piece *p, hpr_block_task *task)
-{
-    uint32_t recv = a->elements->patch[p->recv], send = a->elements->patch[p->send];
-    if (recv != w->recv_patch || send != w->send_patch)
-        hpr_views_classify(a->views, w->cursor, recv, send, w->candidate, &w->candidate_count);
-    w->recv_patch = recv;
-    w->send_patch = send;
-    hpr_facet from = hpr_node_facet(a->coverage, a->links->tree, p->recv),
-              to = hpr_node_facet(a->coverage, a->links->tree, p->send);
-    task->blockers = w->blocker;
-    return hpr_visibility_classify(a->visibility, &from, &to, w->candidate, w->candidate_count, w->blocker,
-                                   &task->blocker_count) != HPR_SEES_NOTHING;
-}
 
 /* Is product Gauss with a fixed number of nodes exact enough? Either the block is, or the share of the
  * operator's error that a link may have. */
@@ -356,7 +338,8 @@ static void integrate_piece(const assembly *a, worker *w, const piece *p)
                            .seed = (uint64_t)p->recv << 32 | p->send};
     task.recv_part = hpr_tree_parts(a->links->tree, a->coverage, p->recv, &task.recv_part_count);
     task.send_part = hpr_tree_parts(a->links->tree, a->coverage, p->send, &task.send_part_count);
-    if (a->links->link[p->link].partly && !find_blockers(a, w, p, &task)) {
+    if (a->links->link[p->link].partly &&
+        !hpr_between_nodes(&w->between, a->coverage, a->links->tree, p->recv, p->send, &task)) {
         w->counts[HPR_COUNT_PAIRS_HIDDEN]++; /* its block stays zero */
         return;
     }
@@ -393,7 +376,7 @@ static int end_degree(const hpr_tree *tree, const link_end *end, size_t index)
 }
 
 /* Constants against constants that are not near each other. Returns whether they could be had so; then
- * w->near tells which are still missing. */
+ * w->kind tells which are still missing. */
 static bool integrate_constants(const assembly *a, worker *w, const hpr_link *link, const link_end *recv,
                                 const link_end *send)
 {
@@ -412,14 +395,17 @@ static bool integrate_constants(const assembly *a, worker *w, const hpr_link *li
         w->frame[i] = hpr_tree_frame(tree, end_node(recv, i), 0);
     for (size_t j = 0; j < send->count; j++)
         w->frame[recv->count + j] = hpr_tree_frame(tree, end_node(send, j), 0);
-    size_t far_count = 0;
-    const hpr_panel panel[2] = {{recv->count, w->frame}, {send->count, w->frame + recv->count}};
-    w->counts[HPR_COUNT_KERNEL] += hpr_constants_block(a->far, &panel[0], &panel[1], links->tolerance,
-                                                       links->block + link->offset, w->near, w->far_scratch);
-    for (size_t k = 0; k < recv->count * send->count; k++)
-        far_count += !w->near[k];
-    w->counts[HPR_COUNT_PAIRS_VISIBLE] += far_count;
-    w->counts[HPR_COUNT_BLOCKS] += far_count;
+    const hpr_constants_task task = {.tables = a->far,
+                                     .recv = {recv->count, w->frame},
+                                     .send = {send->count, w->frame + recv->count},
+                                     .tolerance = links->tolerance,
+                                     .slack_m = hpr_visibility_slack_m(a->visibility)};
+    memset(w->kind, HPR_PAIR_WANTED, recv->count * send->count);
+    hpr_constants_result done =
+        hpr_constants_block(&task, links->block + link->offset, w->kind, w->far_scratch);
+    w->counts[HPR_COUNT_KERNEL] += done.kernel_count;
+    w->counts[HPR_COUNT_PAIRS_VISIBLE] += done.pair_count;
+    w->counts[HPR_COUNT_BLOCKS] += done.pair_count;
     return true;
 }
 
@@ -457,7 +443,7 @@ static void integrate_link(const assembly *a, worker *w, size_t l)
         for (size_t j = 0; j < send.count; j++) {
             p.send = end_node(&send, j);
             p.send_degree = end_degree(tree, &send, j);
-            if (!constants || w->near[i * send.count + j])
+            if (!constants || w->kind[i * send.count + j] == HPR_PAIR_LEFT)
                 integrate_leaves(a, w, &p, block + row * columns + column, columns);
             column += hpr_tree_count(tree, p.send, p.send_degree);
         }
@@ -496,19 +482,13 @@ static hpr_status make_workers(assembly *a)
 {
     hpr_context *ctx = a->context;
     int threads = hpr_context_threads(ctx);
-    size_t occluders = hpr_visibility_occluder_count(a->visibility);
     hpr_status status =
         hpr_allocate_into(ctx, &a->workers, (size_t)threads, sizeof *a->workers, "quadrature scratch");
     for (int t = 0; status == HPR_OK && t < threads; t++) {
         worker *w = &a->workers[t];
-        status = hpr_views_cursor_create(a->views, &w->cursor);
+        status = hpr_between_init(ctx, a->visibility, a->views, &w->between);
         if (status == HPR_OK)
             status = hpr_block_scratch_create(ctx, &w->scratch);
-        if (status == HPR_OK)
-            status = hpr_allocate_into(ctx, &w->candidate, occluders, sizeof(uint32_t), "blockers");
-        if (status == HPR_OK)
-            status = hpr_allocate_into(ctx, &w->blocker, occluders, sizeof(uint32_t), "blockers");
-        w->recv_patch = w->send_patch = HPR_NONE;
     }
     return status;
 }
@@ -528,14 +508,12 @@ static void close_workers(assembly *a)
         for (int c = 0; c < HPR_COUNTER_COUNT; c++)
             hpr_count(a->context, (hpr_counter)c, w->counts[c]);
         a->links->sampled_error = fmax(a->links->sampled_error, w->sampled_error);
-        hpr_views_cursor_destroy(&w->cursor);
+        hpr_between_fini(&w->between);
         hpr_block_scratch_destroy(&w->scratch);
-        hpr_release(a->context, w->candidate);
-        hpr_release(a->context, w->blocker);
         hpr_release(a->context, w->far_scratch);
         hpr_release(a->context, w->piece);
         hpr_release(a->context, w->frame);
-        hpr_release(a->context, w->near);
+        hpr_release(a->context, w->kind);
     }
     hpr_release(a->context, a->workers);
 }

@@ -1,254 +1,298 @@
 #include "link/form_factors.h"
 
-#include "quadrature/block.h"
-#include "visibility/views.h"
+#include "quadrature/constants.h"
 
 #include <math.h>
 #include <omp.h>
 #include <stdatomic.h>
 #include <string.h>
 
-/* Working memory of one thread, and what it counted. */
-typedef struct worker {
-    hpr_block_scratch *scratch;
-    hpr_views_cursor *cursor;
-    uint32_t *blocker; /* [occluder_count] */
-    double *block;     /* [HPR_MAX_BASIS]^2 */
-    double tolerance;  /* asked of the block */
-    hpr_pairs_done done;
-    uint64_t kernel_count, ray_count, clip_count;
-} worker;
+/* What a thread needs for a tile beside its pairs one by one. */
+typedef struct tile_worker {
+    hpr_pairs_worker *one;
+    hpr_element_frame *frame; /* [2 most] of the patches of its rows, then of its columns */
+    double *part;             /* [most][most] A_p F_pq of these */
+    uint8_t *kind;            /* [most][most] hpr_pair_kind */
+    double *scratch;
+    double *exchange; /* [side][side] */
+} tile_worker;
 
 typedef struct assembly {
+    hpr_pairs pairs;
     const hpr_rows *rows;
-    hpr_context *context;
     double tolerance;
-    int degree;
-    hpr_visibility *visibility;
-    hpr_views *views;
-    hpr_quadrature *quadrature;
-    worker *workers;
-    double *result;    /* packed A F, or blocks */
-    size_t block_size; /* 0: A F is wanted */
+    size_t side, most; /* of a tile; patches of as many rows, at most */
+    hpr_far *far;
+    tile_worker *worker; /* [threads] */
 } assembly;
 
-static bool has_area(const hpr_patches *patches, size_t p)
-{
-    return patches->area_m2[p] > 0;
-}
+/* The patches of a tile's rows and columns, as places in rows->member. */
+typedef struct tile_patches {
+    size_t recv, recv_count, send, send_count;
+    bool square; /* both are the same */
+} tile_patches;
 
-static hpr_element_frame frame_of(const assembly *a, size_t p)
+static const uint32_t *patch_at(const assembly *a, size_t place)
 {
-    const hpr_patches *patches = a->rows->patches;
-    return (hpr_element_frame){.shape = (hpr_shape)patches->shape[p],
-                               .degree = a->degree,
-                               .origin = hpr_vec3_load(patches->origin + 3 * p),
-                               .edge1 = hpr_vec3_load(patches->edge1 + 3 * p),
-                               .edge2 = hpr_vec3_load(patches->edge2 + 3 * p),
-                               .normal = hpr_vec3_load(patches->normal + 3 * p),
-                               .area_m2 = patches->area_m2[p],
-                               .opposite = {patches->opposite[2 * p], patches->opposite[2 * p + 1]}};
-}
-
-static void count(worker *w, const hpr_block_task *task, const hpr_block_result *result)
-{
-    size_t entries = hpr_basis_count(task->recv.shape, task->recv.degree) *
-                     hpr_basis_count(task->send.shape, task->send.degree);
-    double most = 0;
-    for (size_t k = 0; k < entries; k++)
-        most = fmax(most, fabs(w->block[k]));
-    double *error = result->status == HPR_BLOCK_SAMPLED ? &w->done.sampled_error : &w->done.relative_error;
-    if (most > 0)
-        *error = fmax(*error, result->error / most);
-    w->done.pair_count++;
-    w->done.blocked_count += task->blocker_count > 0;
-    w->done.rounded_count += result->status == HPR_BLOCK_ROUNDED;
-    w->done.short_count += result->status >= HPR_BLOCK_SHORT;
-}
-
-/* The block of patches p (receiver) and q into w->block; false if it is zero. */
-static bool integrate_pair(const assembly *a, worker *w, size_t p, size_t q)
-{
-    const hpr_patches *patches = a->rows->patches;
-    if (a->rows->patch_surface[p] == a->rows->patch_surface[q] || !has_area(patches, p) ||
-        !has_area(patches, q))
-        return false;
-    hpr_block_task task = {.recv = frame_of(a, p),
-                           .send = frame_of(a, q),
-                           .tolerance = w->tolerance,
-                           .contact_m = patches->weld_m,
-                           .visibility = a->visibility,
-                           .blockers = w->blocker,
-                           .clip = true,
-                           .seed = (uint64_t)p << 32 | q};
-    if (hpr_views_classify(a->views, w->cursor, p, q, w->blocker, &task.blocker_count) == HPR_SEES_NOTHING)
-        return false;
-    hpr_block_result result = hpr_block(a->quadrature, &task, w->block, w->scratch);
-    w->kernel_count += result.kernel_count;
-    w->ray_count += result.ray_count;
-    w->clip_count += result.clip_count;
-    if (result.seen)
-        count(w, &task, &result);
-    return result.seen;
-}
-
-/* First of row i among the entries j >= i of all rows. */
-static size_t packed_row(size_t count, size_t i)
-{
-    return i * count - i * (i - 1) / 2;
+    return a->rows->member + place;
 }
 
 /* A_p F_pq to a relative tolerance. */
-static double integrate_exchange(const assembly *a, worker *w, size_t p, size_t q, double tolerance)
+static double integrate_exchange(const assembly *a, hpr_pairs_worker *w, size_t p, size_t q, double tolerance)
 {
     const double *area = a->rows->patches->area_m2;
-    w->tolerance = tolerance;
-    return integrate_pair(a, w, p, q) ? sqrt(area[p]) * sqrt(area[q]) * w->block[0] : 0;
+    return hpr_pairs_integrate(&a->pairs, w, p, q, tolerance) ? sqrt(area[p]) * sqrt(area[q]) * w->block[0]
+                                                              : 0;
 }
 
-/* A_i F_ij, i <= j, each pair of patches to an absolute error as well (INFINITY: only relative). Pairs within
- * one row count in both directions. */
-static double sum_entry(const assembly *a, worker *w, size_t i, size_t j, double allowed_m2)
+/* How a pair of patches is to be integrated: in bulk, by itself, or not at all because it is zero. */
+static hpr_pair_kind kind_of(const assembly *a, tile_worker *w, uint32_t p, uint32_t q)
+{
+    const uint8_t *shape = a->rows->patches->shape;
+    if (!hpr_pairs_counts(&a->pairs, p, q))
+        return HPR_PAIR_UNASKED;
+    hpr_verdict verdict = hpr_views_between(a->pairs.views, p, q);
+    if (verdict == HPR_SEES_PARTLY)
+        verdict = hpr_views_classify(a->pairs.views, w->one->cursor, p, q, NULL, NULL);
+    if (verdict == HPR_SEES_NOTHING)
+        return HPR_PAIR_UNASKED;
+    bool bulk = verdict == HPR_SEES_WHOLLY && shape[p] != HPR_SHAPE_QUADRILATERAL &&
+                shape[q] != HPR_SHAPE_QUADRILATERAL;
+    return bulk ? HPR_PAIR_WANTED : HPR_PAIR_LEFT;
+}
+
+/* Of square tiles only pairs of a patch and a later one. */
+static void mark_pairs(const assembly *a, tile_worker *w, const tile_patches *t)
+{
+    for (size_t m = 0; m < t->recv_count; m++) {
+        uint8_t *kind = w->kind + m * t->send_count;
+        size_t begin = t->square ? m + 1 : 0;
+        memset(kind, HPR_PAIR_UNASKED, begin);
+        for (size_t n = begin; n < t->send_count; n++)
+            kind[n] = (uint8_t)kind_of(a, w, *patch_at(a, t->recv + m), *patch_at(a, t->send + n));
+    }
+}
+
+/* A_p F_pq of all pairs that can be had so. */
+static void integrate_bulk(const assembly *a, tile_worker *w, const tile_patches *t)
+{
+    const hpr_constants_task task = {.tables = a->far,
+                                     .recv = {t->recv_count, w->frame},
+                                     .send = {t->send_count, w->frame + t->recv_count},
+                                     .tolerance = a->tolerance,
+                                     .slack_m = hpr_visibility_slack_m(a->pairs.visibility)};
+    for (size_t m = 0; m < t->recv_count; m++)
+        w->frame[m] = hpr_pairs_frame(&a->pairs, *patch_at(a, t->recv + m));
+    for (size_t n = 0; n < t->send_count; n++)
+        w->frame[t->recv_count + n] = hpr_pairs_frame(&a->pairs, *patch_at(a, t->send + n));
+    hpr_constants_result result = hpr_constants_block(&task, w->part, w->kind, w->scratch);
+    for (size_t m = 0; m < t->recv_count; m++) {
+        for (size_t n = 0; n < t->send_count; n++)
+            w->part[m * t->send_count + n] *=
+                sqrt(w->frame[m].area_m2) * sqrt(w->frame[t->recv_count + n].area_m2);
+    }
+    w->one->kernel_count += result.kernel_count;
+    w->one->done.pair_count += result.pair_count;
+    w->one->done.relative_error = fmax(w->one->done.relative_error, result.error);
+}
+
+static void integrate_parts(const assembly *a, tile_worker *w, const tile_patches *t)
+{
+    memset(w->part, 0, t->recv_count * t->send_count * sizeof *w->part);
+    mark_pairs(a, w, t);
+    if (t->recv_count && t->send_count)
+        integrate_bulk(a, w, t);
+    for (size_t m = 0; m < t->recv_count; m++) {
+        for (size_t n = 0; n < t->send_count && !hpr_cancelled(a->pairs.context); n++) {
+            size_t at = m * t->send_count + n;
+            if (w->kind[at] == HPR_PAIR_LEFT)
+                w->part[at] = integrate_exchange(a, w->one, *patch_at(a, t->recv + m),
+                                                 *patch_at(a, t->send + n), a->tolerance);
+        }
+    }
+}
+
+/* A_i F_ij of its parts, each once more if its error might be more than allowed (INFINITY: none is). Pairs
+ * within one row count in both directions. */
+static double sum_entry(const assembly *a, tile_worker *w, const tile_patches *t, size_t i, size_t j,
+                        double allowed_m2)
 {
     static const double tight = 1e-14;
     const hpr_rows *rows = a->rows;
     double sum = 0;
     for (size_t m = rows->first[i]; m < rows->first[i + 1]; m++) {
         for (size_t n = i == j ? m + 1 : rows->first[j]; n < rows->first[j + 1]; n++) {
-            uint32_t p = rows->member[m], q = rows->member[n];
-            double part = integrate_exchange(a, w, p, q, a->tolerance);
+            double part = w->part[(m - t->recv) * t->send_count + (n - t->send)];
             if (part * a->tolerance > allowed_m2)
-                part = integrate_exchange(a, w, p, q, fmax(tight, allowed_m2 / part));
+                part = integrate_exchange(a, w->one, *patch_at(a, m), *patch_at(a, n),
+                                          fmax(tight, allowed_m2 / part));
             sum += part;
         }
     }
     return i == j ? 2 * sum : sum;
 }
 
-/* Where one sees hardly anything but the other, an error within the tolerance might make that more than all:
- * then the errors of all pairs of patches together must be rounding. */
-static void integrate_entry(const assembly *a, worker *w, size_t i, size_t j)
+/* Where one sees hardly anything but the other, an error within the tolerance may make that more than all:
+ * then the errors of all pairs of patches together are asked to be less and less, in the end rounding. */
+static double finish_entry(const assembly *a, tile_worker *w, const tile_patches *t, size_t i, size_t j)
 {
-    static const double rounding = 1e-14;
+    static const double rounding = 1e-14, step = 1e-3;
     const hpr_rows *rows = a->rows;
     double smaller = fmin(rows->row[i].area_m2, rows->row[j].area_m2);
-    double sum = sum_entry(a, w, i, j, INFINITY);
-    if (sum > (1 - a->tolerance) * smaller) {
-        const hpr_pairs_done done = w->done;
-        size_t pairs = (rows->first[i + 1] - rows->first[i]) * (rows->first[j + 1] - rows->first[j]);
-        sum = sum_entry(a, w, i, j, rounding * smaller / (double)pairs);
-        w->done = done;
+    double sum = sum_entry(a, w, t, i, j, INFINITY);
+    size_t pairs = (rows->first[i + 1] - rows->first[i]) * (rows->first[j + 1] - rows->first[j]);
+    for (double asked = a->tolerance; sum > (1 + rounding / 2) * smaller && asked > rounding;) {
+        const hpr_pairs_done done = w->one->done;
+        asked = fmax(asked * step, rounding);
+        sum = sum_entry(a, w, t, i, j, asked * smaller / (double)pairs);
+        w->one->done = done;
     }
-    a->result[packed_row(a->rows->count, i) + (j - i)] = sum;
+    return sum;
 }
 
-/* K_ij and its transpose. */
-static void integrate_block(const assembly *a, worker *w, size_t i, size_t j)
+static size_t smaller_of(size_t a, size_t b)
+{
+    return a < b ? a : b;
+}
+
+/* What masks and their bases see of each other goes into the tile that they are in. */
+static void add_masks(const hpr_rows *rows, const hpr_factor_tile *tile, double *exchange)
+{
+    for (size_t k = 0; k < rows->mask_count; k++) {
+        const hpr_mask *mask = &rows->mask[k];
+        const size_t both[2] = {mask->mask_row, mask->base_row};
+        for (int turn = 0; turn < 2; turn++) {
+            size_t i = both[turn] - tile->row, j = both[1 - turn] - tile->column; /* before it: huge */
+            if (i < tile->row_count && j < tile->column_count)
+                exchange[i * tile->column_count + j] += mask->area_m2;
+        }
+    }
+}
+
+static hpr_factor_tile integrate_tile(const assembly *a, tile_worker *w, size_t row, size_t column)
 {
     const hpr_rows *rows = a->rows;
-    if (i == j || rows->first[i] == rows->first[i + 1] || rows->first[j] == rows->first[j + 1])
-        return;
-    uint32_t p = rows->member[rows->first[i]], q = rows->member[rows->first[j]];
-    w->tolerance = a->tolerance;
-    if (!integrate_pair(a, w, p, q))
-        return;
-    size_t n = a->block_size, count = rows->count;
-    size_t n_recv = hpr_basis_count((hpr_shape)rows->patches->shape[p], a->degree);
-    size_t n_send = hpr_basis_count((hpr_shape)rows->patches->shape[q], a->degree);
-    for (size_t k = 0; k < n_recv; k++) {
-        for (size_t l = 0; l < n_send; l++) {
-            a->result[((i * count + j) * n + k) * n + l] = w->block[k * n_send + l];
-            a->result[((j * count + i) * n + l) * n + k] = w->block[k * n_send + l];
+    size_t row_end = smaller_of(row + a->side, rows->count),
+           column_end = smaller_of(column + a->side, rows->count);
+    const hpr_factor_tile tile = {row, column, row_end - row, column_end - column, w->exchange};
+    const tile_patches patches = {rows->first[row], rows->first[row_end] - rows->first[row],
+                                  rows->first[column], rows->first[column_end] - rows->first[column],
+                                  row == column};
+    integrate_parts(a, w, &patches);
+    for (size_t i = row; i < row_end; i++) {
+        for (size_t j = row == column ? i : column; j < column_end; j++) {
+            double *entry = w->exchange + (i - row) * tile.column_count;
+            entry[j - column] = finish_entry(a, w, &patches, i, j);
+            if (row == column)
+                w->exchange[(j - row) * tile.column_count + (i - row)] = entry[j - column];
         }
     }
+    add_masks(rows, &tile, w->exchange);
+    return tile;
 }
 
-/* Entries are handed out in strips of one row: single ones where there are few, for a blocked pair may take
- * seconds, longer ones where the handing out would be felt. */
-static void integrate_all(assembly *a)
+/* A tile's place among those of the upper half, row after row. */
+static void place_of(size_t index, size_t tiles, size_t *row, size_t *column)
 {
-    size_t count = a->rows->count, strip = 1 + count / 128, strips = (count + strip - 1) / strip;
-    double entry_count = 0.5 * (double)count * ((double)count + 1);
-    _Atomic uint64_t finished = 0;
-#pragma omp parallel for schedule(dynamic, 1) num_threads(hpr_context_threads(a->context))
-    for (size_t task = 0; task < count * strips; task++) {
-        worker *w = &a->workers[omp_get_thread_num()];
-        size_t i = task / strips, begin = task % strips * strip, end = begin + strip;
-        if (end <= i)
+    for (*row = 0; index >= tiles - *row; (*row)++)
+        index -= tiles - *row;
+    *column = *row + index;
+}
+
+size_t hpr_factor_tile_side(size_t row_count)
+{
+    enum { FEW = 16 }; /* enough tiles to be shared out */
+    return smaller_of(1 + row_count / FEW, HPR_FACTOR_TILE_MOST);
+}
+
+static hpr_status integrate_all(assembly *a, const hpr_factor_sink *sink)
+{
+    hpr_context *ctx = a->pairs.context;
+    size_t tiles = (a->rows->count + a->side - 1) / a->side, tile_count = tiles * (tiles + 1) / 2;
+    atomic_int failure = HPR_OK;
+    atomic_size_t finished = 0;
+#pragma omp parallel for schedule(dynamic, 1) num_threads(hpr_context_threads(ctx))
+    for (size_t index = 0; index < tile_count; index++) {
+        size_t row, column;
+        if (failure != HPR_OK || hpr_cancelled(ctx))
             continue;
-        for (size_t j = begin < i ? i : begin; j < end && j < count && !hpr_cancelled(a->context); j++) {
-            if (a->block_size)
-                integrate_block(a, w, i, j);
-            else
-                integrate_entry(a, w, i, j);
-            finished++;
-        }
+        place_of(index, tiles, &row, &column);
+        const hpr_factor_tile tile =
+            integrate_tile(a, &a->worker[omp_get_thread_num()], row * a->side, column * a->side);
+        hpr_status status = hpr_cancelled(ctx) ? HPR_OK : sink->put(sink->user, &tile);
+        if (status != HPR_OK)
+            failure = (int)status;
+        finished++;
         if (omp_get_thread_num() == 0)
-            hpr_stage_progress(a->context, (double)finished / entry_count);
+            hpr_stage_progress(ctx, (double)finished / (double)tile_count);
     }
+    if (failure == HPR_OK && hpr_cancelled(ctx))
+        return hpr_fail(ctx, HPR_ERR_INTERRUPTED, "interrupted");
+    return (hpr_status)failure;
 }
 
-static hpr_status make_workers(assembly *a)
+/* The most patches that the rows of a tile have. */
+static size_t most_patches(const hpr_rows *rows, size_t side)
 {
-    int threads = hpr_context_threads(a->context);
-    size_t n = hpr_form_blocks_size(a->rows, a->degree);
-    size_t occluders = hpr_visibility_occluder_count(a->visibility);
-    hpr_status status =
-        hpr_allocate_into(a->context, &a->workers, (size_t)threads, sizeof *a->workers, "quadrature scratch");
+    size_t most = 1;
+    for (size_t row = 0; row < rows->count; row += side) {
+        size_t count = rows->first[smaller_of(row + side, rows->count)] - rows->first[row];
+        most = count > most ? count : most;
+    }
+    return most;
+}
+
+static hpr_status open_workers(assembly *a)
+{
+    static const char what[] = "quadrature scratch";
+    hpr_context *ctx = a->pairs.context;
+    int threads = hpr_context_threads(ctx);
+    size_t most = a->most;
+    hpr_status status = hpr_allocate_into(ctx, &a->worker, (size_t)threads, sizeof *a->worker, what);
     for (int t = 0; status == HPR_OK && t < threads; t++) {
-        worker *w = &a->workers[t];
-        status = hpr_block_scratch_create(a->context, &w->scratch);
+        tile_worker *w = &a->worker[t];
+        w->one = &a->pairs.worker[t];
+        status = hpr_allocate_into(ctx, &w->frame, 2 * most, sizeof *w->frame, what);
         if (status == HPR_OK)
-            status = hpr_views_cursor_create(a->views, &w->cursor);
+            status = hpr_allocate_into(ctx, &w->part, most * most, sizeof *w->part, what);
         if (status == HPR_OK)
-            status = hpr_allocate_into(a->context, &w->blocker, occluders, sizeof *w->blocker,
-                                       "quadrature scratch");
+            status = hpr_allocate_into(ctx, &w->kind, most * most, sizeof *w->kind, what);
         if (status == HPR_OK)
-            status = hpr_allocate_into(a->context, &w->block, n * n, sizeof *w->block, "quadrature scratch");
+            status =
+                hpr_allocate_into(ctx, &w->scratch, hpr_constants_scratch(most, most), sizeof(double), what);
+        if (status == HPR_OK)
+            status = hpr_allocate_into(ctx, &w->exchange, a->side * a->side, sizeof(double), what);
     }
     return status;
 }
 
-static void close_workers(assembly *a, hpr_pairs_done *done)
+static void close_workers(assembly *a)
 {
-    for (int t = 0; a->workers && t < hpr_context_threads(a->context); t++) {
-        worker *w = &a->workers[t];
-        done->pair_count += w->done.pair_count;
-        done->blocked_count += w->done.blocked_count;
-        done->rounded_count += w->done.rounded_count;
-        done->short_count += w->done.short_count;
-        done->relative_error = fmax(done->relative_error, w->done.relative_error);
-        done->sampled_error = fmax(done->sampled_error, w->done.sampled_error);
-        hpr_count(a->context, HPR_COUNT_KERNEL, w->kernel_count);
-        hpr_count(a->context, HPR_COUNT_RAYS, w->ray_count);
-        hpr_count(a->context, HPR_COUNT_CLIPS, w->clip_count);
-        hpr_block_scratch_destroy(&w->scratch);
-        hpr_views_cursor_destroy(&w->cursor);
-        hpr_release(a->context, w->blocker);
-        hpr_release(a->context, w->block);
+    hpr_context *ctx = a->rows->context;
+    for (int t = 0; a->worker && t < hpr_context_threads(ctx); t++) {
+        tile_worker *w = &a->worker[t];
+        void *arrays[] = {w->frame, w->part, w->kind, w->scratch, w->exchange};
+        for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
+            hpr_release(ctx, arrays[i]);
     }
-    hpr_release(a->context, a->workers);
+    hpr_release(ctx, a->worker);
 }
 
-static hpr_status run(assembly *a, hpr_pairs_done *done)
+hpr_status hpr_form_factors_stream(const hpr_rows *rows, double tolerance, const hpr_factor_sink *sink,
+                                   hpr_pairs_done *done)
 {
-    *done = (hpr_pairs_done){0};
-    hpr_status status = hpr_visibility_create(a->rows->patches, &a->visibility);
+    assembly a = {.rows = rows, .tolerance = tolerance, .side = hpr_factor_tile_side(rows->count)};
+    a.most = most_patches(rows, a.side);
+    hpr_status status = hpr_pairs_open(rows, 0, &a.pairs);
     if (status == HPR_OK)
-        status = hpr_quadrature_create(a->context, &a->quadrature);
+        status = hpr_far_create(rows->context, 0, &a.far);
     if (status == HPR_OK)
-        status = hpr_views_create(a->visibility, NULL, &a->views);
+        status = open_workers(&a);
     if (status == HPR_OK)
-        status = make_workers(a);
-    if (status == HPR_OK) {
-        integrate_all(a);
-        if (hpr_cancelled(a->context))
-            status = hpr_fail(a->context, HPR_ERR_INTERRUPTED, "interrupted");
-    }
-    close_workers(a, done);
-    hpr_views_destroy(&a->views);
-    hpr_quadrature_destroy(&a->quadrature);
-    hpr_visibility_destroy(&a->visibility);
+        status = integrate_all(&a, sink);
+    close_workers(&a);
+    hpr_far_destroy(&a.far);
+    hpr_pairs_close(&a.pairs, done);
     return status;
 }
 
@@ -257,15 +301,21 @@ double hpr_form_factors_bytes(size_t row_count)
     return (0.5 * ((double)row_count + 1) + 1) * (double)row_count * sizeof(double);
 }
 
-static void add_masks(const hpr_rows *rows, hpr_form_factors *factors)
+/* First of row i among the entries j >= i of all rows. */
+static size_t packed_row(size_t count, size_t i)
 {
-    for (size_t m = 0; m < rows->mask_count; m++) {
-        const hpr_mask *mask = &rows->mask[m];
-        size_t i = mask->mask_row < mask->base_row ? mask->mask_row : mask->base_row;
-        size_t j = mask->mask_row < mask->base_row ? mask->base_row : mask->mask_row;
-        factors->exchange[packed_row(factors->count, i) + (j - i)] +=
-            i == j ? 2 * mask->area_m2 : mask->area_m2;
+    return i * count - i * (i - 1) / 2;
+}
+
+static hpr_status keep_tile(void *user, const hpr_factor_tile *tile)
+{
+    hpr_form_factors *factors = user;
+    for (size_t r = 0; r < tile->row_count; r++) {
+        size_t i = tile->row + r, skip = tile->row == tile->column ? r : 0;
+        memcpy(factors->exchange + packed_row(factors->count, i) + (tile->column + skip - i),
+               tile->exchange + r * tile->column_count + skip, (tile->column_count - skip) * sizeof(double));
     }
+    return HPR_OK;
 }
 
 hpr_status hpr_form_factors_create(const hpr_rows *rows, double tolerance, hpr_form_factors **out)
@@ -284,14 +334,12 @@ hpr_status hpr_form_factors_create(const hpr_rows *rows, double tolerance, hpr_f
         status = hpr_allocate_into(ctx, &factors->exchange, packed_row(count, count), sizeof(double),
                                    "view factors");
     if (status == HPR_OK) {
+        const hpr_factor_sink sink = {keep_tile, factors};
         for (size_t i = 0; i < count; i++)
             factors->area_m2[i] = rows->row[i].area_m2;
-        assembly a = {.rows = rows, .context = ctx, .tolerance = tolerance, .result = factors->exchange};
-        status = run(&a, &factors->done);
+        status = hpr_form_factors_stream(rows, tolerance, &sink, &factors->done);
     }
-    if (status == HPR_OK)
-        add_masks(rows, factors);
-    else
+    if (status != HPR_OK)
         hpr_form_factors_destroy(&factors);
     *out = factors;
     return status;
@@ -320,27 +368,4 @@ void hpr_form_factors_row(const hpr_form_factors *factors, size_t i, double *row
     double area = factors->area_m2[i];
     for (size_t j = 0; j < factors->count; j++)
         row[j] = area > 0 ? hpr_form_factors_at(factors, i, j) / area : 0;
-}
-
-size_t hpr_form_blocks_size(const hpr_rows *rows, int degree)
-{
-    size_t size = 1;
-    for (size_t p = 0; p < rows->patches->count; p++) {
-        size_t n = hpr_basis_count((hpr_shape)rows->patches->shape[p], degree);
-        if (has_area(rows->patches, p) && n > size)
-            size = n;
-    }
-    return size;
-}
-
-hpr_status hpr_form_blocks(const hpr_rows *rows, int degree, double tolerance, double *block,
-                           hpr_pairs_done *done)
-{
-    assembly a = {.rows = rows,
-                  .context = rows->context,
-                  .tolerance = tolerance,
-                  .degree = degree,
-                  .result = block,
-                  .block_size = hpr_form_blocks_size(rows, degree)};
-    return run(&a, done);
 }

@@ -1,19 +1,38 @@
-/* View factors between the rows of a model, and the kernel blocks between patches that are one row each. */
+/* View factors between the rows of a model: whole in memory, or tile by tile. */
 #ifndef HPR_LINK_FORM_FACTORS_H
 #define HPR_LINK_FORM_FACTORS_H
 
-#include "patch/rows.h"
+#include "link/pairs.h"
 
-/* What an integration over all pairs has to say beside its numbers. */
-typedef struct hpr_pairs_done {
-    size_t pair_count;    /* pairs of patches that see something of each other */
-    size_t blocked_count; /* of these, how many have something that may come between */
-    size_t rounded_count; /* how many only rounding of the coordinates may keep from the tolerance */
-    size_t short_count;   /* how many stopped short of it */
-    /* Largest estimated error of a pair's block, relative to its largest entry: of those that are not
-     * sampled, and of those that are. */
-    double relative_error, sampled_error;
-} hpr_pairs_done;
+/* A part of the matrix: A_i F_ij of rows i = row, row + 1 ... and columns j = column, column + 1 ..., row <=
+ * column. Where row == column it is square and whole. */
+typedef struct hpr_factor_tile {
+    size_t row, column, row_count, column_count;
+    const double *exchange; /* [row_count][column_count] */
+} hpr_factor_tile;
+
+/* No tile has more rows or columns: of so many numbers a line is a page. */
+enum { HPR_FACTOR_TILE_MOST = 512 };
+
+/* Takes a tile; called by several threads at once, in any order. What it returns but HPR_OK ends everything.
+ */
+typedef struct hpr_factor_sink {
+    hpr_status (*put)(void *user, const hpr_factor_tile *tile);
+    void *user;
+} hpr_factor_sink;
+
+/* Rows and columns of a tile, those of the last may be fewer. */
+size_t hpr_factor_tile_side(size_t row_count);
+
+/*
+ * A_i F_ij = sum over patches p of row i, q of row j of ∫_p ∫_q G V dA dA, each pair integrated once, to the
+ * relative tolerance; plus the masks. Every tile of the upper half of the matrix goes to the sink once. The
+ * same bits for any number of threads. Pairs that nothing obstructs go through quadrature/constants.h, near
+ * and obstructed ones one by one. Blocks that stop short are counted. Errors: HPR_ERR_MEMORY, HPR_ERR_DEVICE,
+ * HPR_ERR_INTERRUPTED, those of the sink.
+ */
+hpr_status hpr_form_factors_stream(const hpr_rows *rows, double tolerance, const hpr_factor_sink *sink,
+                                   hpr_pairs_done *done);
 
 typedef struct hpr_form_factors {
     hpr_context *context;
@@ -26,11 +45,7 @@ typedef struct hpr_form_factors {
 /* Memory that create takes for this many rows, bytes. */
 double hpr_form_factors_bytes(size_t row_count);
 
-/*
- * A_i F_ij = sum over patches p of row i, q of row j of ∫_p ∫_q G V dA dA, each pair integrated once, to the
- * relative tolerance; plus the masks. The same bits for any number of threads. Blocks that stop short are
- * counted. Errors: HPR_ERR_MEMORY, HPR_ERR_DEVICE, HPR_ERR_INTERRUPTED.
- */
+/* The same, kept. Errors: as above. */
 hpr_status hpr_form_factors_create(const hpr_rows *rows, double tolerance, hpr_form_factors **factors);
 void hpr_form_factors_destroy(hpr_form_factors **factors);
 
@@ -39,17 +54,5 @@ double hpr_form_factors_at(const hpr_form_factors *factors, size_t i, size_t j);
 
 /* row[count] = F_ij for all j; zero where A_i is. */
 void hpr_form_factors_row(const hpr_form_factors *factors, size_t i, double *row);
-
-/*
- * Kernel blocks of the given degree, block [count][count][n][n] with n that of hpr_form_blocks_size:
- *   block[((i*N + j)*n + k)*n + l] = K_ij^kl, receiver i, sender j,
- * zero where a shape has fewer functions than n. The rows must not be composite (hpr_rows_composite).
- * Errors: as above.
- */
-hpr_status hpr_form_blocks(const hpr_rows *rows, int degree, double tolerance, double *block,
-                           hpr_pairs_done *done);
-
-/* Functions of the largest patch at this degree; 1 if there is none. */
-size_t hpr_form_blocks_size(const hpr_rows *rows, int degree);
 
 #endif

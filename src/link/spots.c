@@ -1,8 +1,7 @@
 #include "link/spots.h"
 
-#include "link/refine.h"
+#include "link/between.h"
 #include "quadrature/point.h"
-#include "visibility/views.h"
 
 #include <math.h>
 #include <omp.h>
@@ -10,8 +9,7 @@
 
 typedef struct worker {
     hpr_point_scratch *scratch;
-    hpr_views_cursor *cursor;
-    uint32_t *candidate, *blocker; /* [occluder_count] */
+    hpr_between between;
     uint64_t counts[HPR_COUNTER_COUNT];
 } worker;
 
@@ -28,21 +26,6 @@ typedef struct gathering {
     double tolerance;
 } gathering;
 
-/* What may come between the leaf of a spot and a node; false if they do not see each other. */
-static bool find_blockers(const gathering *g, worker *w, uint32_t recv, uint32_t send, hpr_block_task *task)
-{
-    size_t count = 0;
-    hpr_verdict patches = hpr_views_classify(g->views, w->cursor, g->elements->patch[recv],
-                                             g->elements->patch[send], w->candidate, &count);
-    if (patches != HPR_SEES_PARTLY)
-        return patches == HPR_SEES_WHOLLY;
-    hpr_facet leaf = hpr_node_facet(g->coverage, g->links->tree, recv),
-              node = hpr_node_facet(g->coverage, g->links->tree, send);
-    task->blockers = w->blocker;
-    return hpr_visibility_classify(g->visibility, &leaf, &node, w->candidate, count, w->blocker,
-                                   &task->blocker_count) != HPR_SEES_NOTHING;
-}
-
 static void add_node(const gathering *g, worker *w, const hpr_spot *spot, uint32_t send, int degree,
                      double *irradiance)
 {
@@ -50,9 +33,8 @@ static void add_node(const gathering *g, worker *w, const hpr_spot *spot, uint32
     uint32_t leaf = g->elements->leaf[spot->leaf];
     hpr_block_task task = {.recv = hpr_tree_frame(tree, leaf, 0),
                            .send = hpr_tree_frame(tree, send, degree),
-                           .tolerance = g->tolerance,
-                           .visibility = g->visibility};
-    if (!find_blockers(g, w, leaf, send, &task))
+                           .tolerance = g->tolerance};
+    if (!hpr_between_nodes(&w->between, g->coverage, tree, leaf, send, &task))
         return;
     task.send_part = hpr_tree_parts(tree, g->coverage, send, &task.send_part_count);
     double row[HPR_MAX_BASIS], room[HPR_MAX_BASIS];
@@ -105,17 +87,12 @@ static hpr_status make_workers(gathering *g)
 {
     hpr_context *ctx = g->links->context;
     int threads = hpr_context_threads(ctx);
-    size_t occluders = hpr_visibility_occluder_count(g->visibility);
     hpr_status status = hpr_allocate_into(ctx, &g->workers, (size_t)threads, sizeof *g->workers, "spots");
     for (int t = 0; status == HPR_OK && t < threads; t++) {
         worker *w = &g->workers[t];
-        status = hpr_views_cursor_create(g->views, &w->cursor);
+        status = hpr_between_init(ctx, g->visibility, g->views, &w->between);
         if (status == HPR_OK)
             status = hpr_point_scratch_create(ctx, &w->scratch);
-        if (status == HPR_OK)
-            status = hpr_allocate_into(ctx, &w->candidate, occluders, sizeof(uint32_t), "spots");
-        if (status == HPR_OK)
-            status = hpr_allocate_into(ctx, &w->blocker, occluders, sizeof(uint32_t), "spots");
     }
     return status;
 }
@@ -148,10 +125,8 @@ static void shut_down(gathering *g)
         worker *w = &g->workers[t];
         for (int c = 0; c < HPR_COUNTER_COUNT; c++)
             hpr_count(ctx, (hpr_counter)c, w->counts[c]);
-        hpr_views_cursor_destroy(&w->cursor);
+        hpr_between_fini(&w->between);
         hpr_point_scratch_destroy(&w->scratch);
-        hpr_release(ctx, w->candidate);
-        hpr_release(ctx, w->blocker);
     }
     hpr_release(ctx, g->workers);
     hpr_release(ctx, g->parent);

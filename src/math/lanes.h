@@ -1,59 +1,48 @@
 /*
- * Eight doubles side by side. What is written with them has the same order of operations on every machine:
- * sums run in eight interleaved parts, and products are fused with sums only where `fused` says so, which an
- * instruction set either always does or never. A body is an HPR_INLINE function; one function for each
- * instruction set calls it, HPR_AVX512, HPR_AVX2 or neither standing before it, and hpr_isa chooses among
- * them at run time.
+ * Eight numbers side by side. Code over them is written once, as an HPR_LANES_BODY, and compiled for each
+ * instruction set by functions that do nothing but call it:
+ *   HPR_LANES_BODY void body(bool fused, ...);
+ *   static HPR_TARGET_AVX512 void with_avx512(...) { body(true, ...); }
+ * Products are fused into sums only where the code says so, so results have the same bits on all machines
+ * with one instruction set.
  */
 #ifndef HPR_MATH_LANES_H
 #define HPR_MATH_LANES_H
 
 #include <stdbool.h>
 #include <stddef.h>
-
-#define HPR_INLINE static inline __attribute__((always_inline))
-#if defined(__x86_64__)
-#define HPR_AVX2 __attribute__((target("avx2,fma")))
-#define HPR_AVX512 __attribute__((target("avx512f,avx512dq")))
-#else
-#define HPR_AVX2
-#define HPR_AVX512
-#endif
+#include <string.h>
 
 enum { HPR_LANES = 8 };
 
-/* Nothing below is ever called, all is inlined: how such vectors would be passed does not matter. */
+/* Everything here is inlined, so how such values would be passed does not matter. */
 #pragma GCC diagnostic ignored "-Wpsabi"
 
-typedef double hpr_lanes __attribute__((vector_size(8 * sizeof(double))));
+typedef double hpr_lanes __attribute__((vector_size(8 * HPR_LANES)));
 
-/* The same anywhere in an array. */
-typedef double hpr_lanes_anywhere
-    __attribute__((vector_size(8 * sizeof(double)), aligned(sizeof(double)), may_alias));
+#define HPR_LANES_BODY static inline __attribute__((always_inline))
+#define HPR_TARGET_AVX2 __attribute__((target("avx2,fma")))
+#define HPR_TARGET_AVX512 __attribute__((target("avx512f,avx512dq,avx512vl,fma,prefer-vector-width=512")))
 
-/* count rounded up to whole lanes */
-static inline size_t hpr_lanes_padded(size_t count)
+HPR_LANES_BODY hpr_lanes hpr_lanes_load(const double *from)
 {
-    return (count + HPR_LANES - 1) / HPR_LANES * HPR_LANES;
+    hpr_lanes a;
+    memcpy(&a, from, sizeof a);
+    return a;
 }
 
-HPR_INLINE hpr_lanes hpr_lanes_load(const double *from)
+HPR_LANES_BODY void hpr_lanes_store(double *to, hpr_lanes a)
 {
-    return *(const hpr_lanes_anywhere *)from;
+    memcpy(to, &a, sizeof a);
 }
 
-HPR_INLINE void hpr_lanes_store(double *to, hpr_lanes value)
+HPR_LANES_BODY hpr_lanes hpr_lanes_of(double a)
 {
-    *(hpr_lanes_anywhere *)to = value;
-}
-
-HPR_INLINE hpr_lanes hpr_lanes_of(double value)
-{
-    return (hpr_lanes){value, value, value, value, value, value, value, value};
+    return (hpr_lanes){a, a, a, a, a, a, a, a};
 }
 
 /* a b + c */
-HPR_INLINE hpr_lanes hpr_lanes_mul_add(hpr_lanes a, hpr_lanes b, hpr_lanes c, bool fused)
+HPR_LANES_BODY hpr_lanes hpr_lanes_madd(bool fused, hpr_lanes a, hpr_lanes b, hpr_lanes c)
 {
     if (!fused)
         return a * b + c;
@@ -63,9 +52,10 @@ HPR_INLINE hpr_lanes hpr_lanes_mul_add(hpr_lanes a, hpr_lanes b, hpr_lanes c, bo
                        __builtin_fma(a[6], b[6], c[6]), __builtin_fma(a[7], b[7], c[7])};
 }
 
-HPR_INLINE double hpr_lanes_sum(hpr_lanes a)
+/* count rounded up to whole eights */
+static inline size_t hpr_lanes_padded(size_t count)
 {
-    return ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]));
+    return (count + HPR_LANES - 1) / HPR_LANES * HPR_LANES;
 }
 
 #endif

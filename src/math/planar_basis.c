@@ -48,8 +48,8 @@ void hpr_planar_eval(const double *recurrence, int degree, double s, double t, d
     }
 }
 
-HPR_INLINE void many_body(const double *recurrence, int degree, size_t count, const double *s,
-                          const double *t, size_t stride, double *values)
+HPR_LANES_BODY void many_body(const double *recurrence, int degree, size_t count, const double *s,
+                              const double *t, size_t stride, double *values)
 {
     for (size_t p = 0; p < count; p++)
         values[p] = recurrence[0];
@@ -71,14 +71,14 @@ HPR_INLINE void many_body(const double *recurrence, int degree, size_t count, co
     }
 }
 
-HPR_AVX2 static void many_avx2(const double *recurrence, int degree, size_t count, const double *s,
-                               const double *t, size_t stride, double *values)
+HPR_TARGET_AVX2 static void many_avx2(const double *recurrence, int degree, size_t count, const double *s,
+                                      const double *t, size_t stride, double *values)
 {
     many_body(recurrence, degree, count, s, t, stride, values);
 }
 
-HPR_AVX512 static void many_avx512(const double *recurrence, int degree, size_t count, const double *s,
-                                   const double *t, size_t stride, double *values)
+HPR_TARGET_AVX512 static void many_avx512(const double *recurrence, int degree, size_t count, const double *s,
+                                          const double *t, size_t stride, double *values)
 {
     many_body(recurrence, degree, count, s, t, stride, values);
 }

@@ -3,7 +3,9 @@
 #include "quadrature/evaluation.h"
 #include "quadrature/flat.h"
 #include "quadrature/homothety.h"
+#include "quadrature/parallel.h"
 
+#include <stddef.h>
 #include <string.h>
 
 hpr_status hpr_quadrature_create(hpr_context *ctx, hpr_quadrature **quadrature)
@@ -23,17 +25,56 @@ void hpr_quadrature_destroy(hpr_quadrature **quadrature)
     *quadrature = NULL;
 }
 
-hpr_status hpr_block_scratch_create(hpr_context *ctx, hpr_block_scratch **out)
-{
-    hpr_block_scratch *scratch = NULL;
-    hpr_status status = hpr_allocate_aligned(ctx, &scratch, sizeof *scratch, _Alignof(hpr_block_scratch),
-                                             "quadrature scratch");
-    if (status == HPR_OK) {
-        scratch->context = ctx;
-        scratch->isa = scratch->points.isa = scratch->choice.group.isa = hpr_context_isa_level(ctx);
+/* Where the scratch keeps an array that grows with the number of functions, and its size in doubles. */
+typedef struct room {
+    size_t member, size;
+} room;
+
+#define ROOM(name, size)                                                                                     \
+    {                                                                                                        \
+        offsetof(hpr_block_scratch, name), size                                                              \
     }
-    *out = scratch;
-    return status;
+
+hpr_status hpr_block_scratch_create_for(hpr_context *ctx, int degree, hpr_block_scratch **scratch)
+{
+    const size_t n = (size_t)(degree + 1) * (size_t)(degree + 1), parallel = hpr_parallel_scratch(degree);
+    const room rooms[] = {
+        ROOM(moments.basis, n * HPR_TABLE_POINTS),
+        ROOM(outer_basis, n * HPR_ROWS),
+        ROOM(moment, n * HPR_ROWS),
+        ROOM(batch[0].moment, n * HPR_ROWS),
+        ROOM(batch[1].moment, n * HPR_ROWS),
+        ROOM(batch[0].sum, n * n),
+        ROOM(batch[1].sum, n * n),
+        ROOM(map[0].matrix, n * n),
+        ROOM(map[1].matrix, n * n),
+        ROOM(inside[0], n * n),
+        ROOM(inside[1], n * n),
+        ROOM(part, n * n),
+        ROOM(matrices, 3 * n * n > parallel ? 3 * n * n : parallel),
+    };
+    const size_t count = sizeof rooms / sizeof *rooms;
+    size_t size = 0;
+    for (size_t i = 0; i < count; i++)
+        size += hpr_lanes_padded(rooms[i].size);
+    hpr_status status = hpr_allocate_aligned(ctx, scratch, sizeof **scratch + size * sizeof(double),
+                                             _Alignof(hpr_block_scratch), "quadrature scratch");
+    if (status != HPR_OK)
+        return status;
+    hpr_block_scratch *s = *scratch;
+    double *next = s->room;
+    for (size_t i = 0; i < count; i++) {
+        memcpy((char *)s + rooms[i].member, &next, sizeof next);
+        next += hpr_lanes_padded(rooms[i].size);
+    }
+    s->context = ctx;
+    s->isa = s->points.isa = s->choice.group.isa = hpr_context_isa_level(ctx);
+    return HPR_OK;
+}
+
+hpr_status hpr_block_scratch_create(hpr_context *ctx, hpr_block_scratch **scratch)
+{
+    return hpr_block_scratch_create_for(ctx, HPR_MAX_DEGREE, scratch);
 }
 
 void hpr_block_scratch_destroy(hpr_block_scratch **scratch)
@@ -123,7 +164,12 @@ static void add_rule(void *user, const hpr_rule *chosen)
     int level = rule->kind == HPR_RULE_NESTED ? rule->nested.homothety : 0;
     e->rule = rule;
     memset(e->scratch->part, 0, count * sizeof(double));
-    hpr_rule_points(e->quadrature->gauss, e->pair, rule, &e->scratch->points, e->by->add_group, e);
+    if (rule->kind == HPR_RULE_PARALLEL)
+        e->result->kernel_count +=
+            hpr_parallel_add(e->quadrature->gauss, e->pair, &rule->parallel, rule->tolerance,
+                             &e->scratch->points, e->scratch->part, e->scratch->matrices);
+    else
+        hpr_rule_points(e->quadrature->gauss, e->pair, rule, &e->scratch->points, e->by->add_group, e);
     e->by->end_rule(e);
     add(level ? e->scratch->inside[level - 1] : e->block, e->scratch->part, count);
     double most = largest(e->scratch->part, count);

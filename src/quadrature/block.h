@@ -17,6 +17,8 @@ void hpr_quadrature_destroy(hpr_quadrature **quadrature);
 typedef struct hpr_block_scratch hpr_block_scratch;
 
 hpr_status hpr_block_scratch_create(hpr_context *ctx, hpr_block_scratch **scratch);
+/* The same for blocks of elements of no more than this degree: constants need a tenth of the memory. */
+hpr_status hpr_block_scratch_create_for(hpr_context *ctx, int degree, hpr_block_scratch **scratch);
 void hpr_block_scratch_destroy(hpr_block_scratch **scratch);
 
 enum {

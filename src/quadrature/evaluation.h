@@ -6,7 +6,6 @@
 #define HPR_QUADRATURE_EVALUATION_H
 
 #include "quadrature/block.h"
-#include "quadrature/lanes_sums.h"
 #include "quadrature/products.h"
 #include "quadrature/rule.h"
 #include "quadrature/sampled.h"
@@ -32,16 +31,18 @@ struct hpr_block_scratch {
     hpr_group points;
     hpr_rule_scratch choice; /* the choice of rules works here while `points` is being evaluated */
     hpr_moment_scratch moments;
-    double outer_basis[HPR_MAX_BASIS * HPR_ROWS];
     double transported[HPR_MAX_BASIS]; /* sum over inner points of G phi_l */
-    double kernel[HPR_POINTS_MAX + HPR_LANES];
-    double moment[HPR_MAX_BASIS * HPR_ROWS]; /* [inner functions][outer points] */
-    hpr_row_batch batch[2];                  /* 1: the receiver is the outer side */
-    hpr_moment_map map[2];                   /* of the inner side then */
+    double kernel[HPR_POINTS_ROOM];
+    hpr_row_batch batch[2]; /* 1: the receiver is the outer side */
+    hpr_moment_map map[2];  /* of the inner side then */
     hpr_convex blocker[HPR_CLIP_BLOCKERS];
-    double inside[2][(size_t)HPR_MAX_BASIS * HPR_MAX_BASIS]; /* sums that homotheties are to be applied to */
-    double part[(size_t)HPR_MAX_BASIS * HPR_MAX_BASIS];      /* what one rule contributes */
-    double matrices[3 * (size_t)HPR_MAX_BASIS * HPR_MAX_BASIS];
+    /* in `room`, what grows with the number of functions; so do arrays of the above */
+    double *outer_basis; /* [outer functions][HPR_ROWS] */
+    double *moment;      /* [inner functions][HPR_ROWS] */
+    double *inside[2];   /* sums that homotheties are to be applied to */
+    double *part;        /* what one rule contributes */
+    double *matrices;
+    _Alignas(hpr_lanes) double room[];
 };
 
 typedef struct hpr_evaluation hpr_evaluation;

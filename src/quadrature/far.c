@@ -93,6 +93,11 @@ void hpr_far_destroy(hpr_far **out)
     *out = NULL;
 }
 
+hpr_isa hpr_far_isa(const hpr_far *tables)
+{
+    return hpr_context_isa_level(tables->context);
+}
+
 hpr_far_rule hpr_far_nodes(const hpr_far *tables, hpr_shape shape, int nodes)
 {
     const node_set *set = &tables->set[shape][nodes - EXTRA_NODES];

@@ -20,6 +20,9 @@ enum { HPR_FAR_NODES = 8 };
 hpr_status hpr_far_create(hpr_context *ctx, int max_degree, hpr_far **tables);
 void hpr_far_destroy(hpr_far **tables);
 
+/* The instruction set of the context that they were made with. */
+hpr_isa hpr_far_isa(const hpr_far *tables);
+
 /* A rule on a shape: parameters and weights (in parameter measure) of its points. Borrowed. */
 typedef struct hpr_far_rule {
     size_t count;

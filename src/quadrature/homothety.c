@@ -396,11 +396,10 @@ void hpr_homothety_apply(const hpr_gauss_table *gauss, const hpr_pair *pair, con
                          int power, const double *inside, double *block, double *scratch)
 {
     size_t rows = hpr_basis_count(pair->recv.shape, pair->recv.degree);
-    size_t columns = hpr_basis_count(pair->send.shape, pair->send.degree),
-           room = (size_t)HPR_MAX_BASIS * HPR_MAX_BASIS;
+    size_t columns = hpr_basis_count(pair->send.shape, pair->send.degree);
     int degree = hpr_total_degree(&pair->recv) + hpr_total_degree(&pair->send) + power;
     const hpr_gauss_rule *rule = &gauss->legendre[degree / 2 + 1];
-    double *left = scratch, *right = left + room, *half = right + room;
+    double *left = scratch, *right = left + rows * rows, *half = right + columns * columns;
     for (int q = 0; q < degree / 2 + 1; q++) {
         double lambda = rule->node[q], weight = rule->weight[q] * (power ? lambda : 1);
         scale_matrix(gauss, &pair->recv, centre->recv, lambda, left);

@@ -2,14 +2,14 @@
 
 enum { TILE_ROWS = 2, TILE_COLUMNS = 5, GRID_FUNCTIONS = 8 };
 
-HPR_INLINE hpr_lanes kernel_of(hpr_lanes dx, hpr_lanes dy, hpr_lanes dz, hpr_lanes weight, bool fused)
+HPR_LANES_BODY hpr_lanes kernel_of(hpr_lanes dx, hpr_lanes dy, hpr_lanes dz, hpr_lanes weight, bool fused)
 {
-    hpr_lanes r2 = hpr_lanes_mul_add(dx, dx, hpr_lanes_mul_add(dy, dy, dz * dz, fused), fused);
+    hpr_lanes r2 = hpr_lanes_madd(fused, dx, dx, hpr_lanes_madd(fused, dy, dy, dz * dz));
     return weight / (r2 * r2);
 }
 
-HPR_INLINE void kernel_body(const hpr_points *from, size_t i, const hpr_points *to, double scale,
-                            double *kernel, bool fused)
+HPR_LANES_BODY void kernel_body(const hpr_points *from, size_t i, const hpr_points *to, double scale,
+                                double *kernel, bool fused)
 {
     const hpr_lanes x = hpr_lanes_of(from->x[i]), y = hpr_lanes_of(from->y[i]), z = hpr_lanes_of(from->z[i]);
     const hpr_lanes by = hpr_lanes_of(scale);
@@ -21,16 +21,15 @@ HPR_INLINE void kernel_body(const hpr_points *from, size_t i, const hpr_points *
 }
 
 /* Kernel times X_a and Y_b of a table's points. */
-HPR_INLINE void tables_body(const hpr_products *p, size_t vectors, const double *s, const double *t,
-                            const double *kernel, hpr_sums_scratch *scratch, bool fused)
+HPR_LANES_BODY void tables_body(const hpr_products *p, size_t vectors, const double *s, const double *t,
+                                const double *kernel, hpr_sums_scratch *scratch, bool fused)
 {
     for (size_t v = 0; v < vectors; v++) {
         hpr_lanes sv = hpr_lanes_load(s + v * HPR_LANES), tv = hpr_lanes_load(t + v * HPR_LANES);
-        hpr_lanes u = hpr_lanes_mul_add(
-            hpr_lanes_of(p->u[2]), tv,
-            hpr_lanes_mul_add(hpr_lanes_of(p->u[1]), sv, hpr_lanes_of(p->u[0]), fused), fused);
-        hpr_lanes w = hpr_lanes_mul_add(hpr_lanes_of(p->w[1]), tv, hpr_lanes_of(p->w[0]), fused);
-        hpr_lanes q = hpr_lanes_mul_add(hpr_lanes_of(-p->c), tv, hpr_lanes_of(1), fused), q2 = q * q;
+        hpr_lanes u = hpr_lanes_madd(fused, hpr_lanes_of(p->u[2]), tv,
+                                     hpr_lanes_madd(fused, hpr_lanes_of(p->u[1]), sv, hpr_lanes_of(p->u[0])));
+        hpr_lanes w = hpr_lanes_madd(fused, hpr_lanes_of(p->w[1]), tv, hpr_lanes_of(p->w[0]));
+        hpr_lanes q = hpr_lanes_madd(fused, hpr_lanes_of(-p->c), tv, hpr_lanes_of(1)), q2 = q * q;
         hpr_lanes x = hpr_lanes_load(kernel + v * HPR_LANES), x_before = hpr_lanes_of(0);
         hpr_lanes y = hpr_lanes_of(1), y_before = hpr_lanes_of(0);
         for (int n = 0;; n++) {
@@ -40,8 +39,8 @@ HPR_INLINE void tables_body(const hpr_products *p, size_t vectors, const double 
                 break;
             hpr_lanes raise = hpr_lanes_of(hpr_legendre_raise[n]),
                       lower = hpr_lanes_of(-hpr_legendre_lower[n]);
-            hpr_lanes x_next = hpr_lanes_mul_add(raise * u, x, lower * q2 * x_before, fused);
-            hpr_lanes y_next = hpr_lanes_mul_add(raise * w, y, lower * y_before, fused);
+            hpr_lanes x_next = hpr_lanes_madd(fused, raise * u, x, lower * q2 * x_before);
+            hpr_lanes y_next = hpr_lanes_madd(fused, raise * w, y, lower * y_before);
             x_before = x;
             y_before = y;
             x = x_next;
@@ -51,8 +50,9 @@ HPR_INLINE void tables_body(const hpr_products *p, size_t vectors, const double 
 }
 
 /* sum[a][b] += the products of rows a of x and b of y, few enough of both to stay in registers. */
-HPR_INLINE void tile_body(const double *x, size_t x_stride, const double *y, size_t y_stride, size_t vectors,
-                          hpr_lanes *sum, size_t sum_stride, int rows, int columns, bool fused)
+HPR_LANES_BODY void tile_body(const double *x, size_t x_stride, const double *y, size_t y_stride,
+                              size_t vectors, hpr_lanes *sum, size_t sum_stride, int rows, int columns,
+                              bool fused)
 {
     hpr_lanes s[TILE_ROWS][TILE_COLUMNS];
 #pragma GCC unroll 8
@@ -71,7 +71,7 @@ HPR_INLINE void tile_body(const double *x, size_t x_stride, const double *y, siz
             hpr_lanes right = hpr_lanes_load(y + (size_t)b * y_stride + v * HPR_LANES);
 #pragma GCC unroll 8
             for (int a = 0; a < rows; a++)
-                s[a][b] = hpr_lanes_mul_add(left[a], right, s[a][b], fused);
+                s[a][b] = hpr_lanes_madd(fused, left[a], right, s[a][b]);
         }
     }
 #pragma GCC unroll 8
@@ -87,8 +87,9 @@ HPR_INLINE void tile_body(const double *x, size_t x_stride, const double *y, siz
         tile_body(x, x_stride, y, y_stride, vectors, sum, sum_stride, a, b, fused);                          \
         return
 
-HPR_INLINE void tile_of(const double *x, size_t x_stride, const double *y, size_t y_stride, size_t vectors,
-                        hpr_lanes *sum, size_t sum_stride, int rows, int columns, bool fused)
+HPR_LANES_BODY void tile_of(const double *x, size_t x_stride, const double *y, size_t y_stride,
+                            size_t vectors, hpr_lanes *sum, size_t sum_stride, int rows, int columns,
+                            bool fused)
 {
     switch ((rows - 1) * TILE_COLUMNS + columns) {
         TILE(1, 1);
@@ -105,8 +106,9 @@ HPR_INLINE void tile_of(const double *x, size_t x_stride, const double *y, size_
 }
 
 /* Two rows, or one, against any number of them. */
-HPR_INLINE void strip_body(const double *x, size_t x_stride, const double *y, size_t y_stride, size_t vectors,
-                           hpr_lanes *sum, size_t sum_stride, int rows, size_t columns, bool fused)
+HPR_LANES_BODY void strip_body(const double *x, size_t x_stride, const double *y, size_t y_stride,
+                               size_t vectors, hpr_lanes *sum, size_t sum_stride, int rows, size_t columns,
+                               bool fused)
 {
     size_t tiles = (columns + TILE_COLUMNS - 1) / TILE_COLUMNS;
     for (size_t k = 0, done = 0; k < tiles; k++) {
@@ -118,7 +120,7 @@ HPR_INLINE void strip_body(const double *x, size_t x_stride, const double *y, si
 }
 
 /* Sums of the lanes of eight at once. */
-HPR_INLINE hpr_lanes sums_of(const hpr_lanes *of)
+HPR_LANES_BODY hpr_lanes sums_of(const hpr_lanes *of)
 {
     typedef long long places __attribute__((vector_size(8 * sizeof(long long))));
     const places even = {0, 8, 2, 10, 4, 12, 6, 14}, odd = {1, 9, 3, 11, 5, 13, 7, 15};
@@ -137,9 +139,9 @@ HPR_INLINE hpr_lanes sums_of(const hpr_lanes *of)
 }
 
 /* sum[n a + b] += sum_v x[a][v] y[b][v]; with `total` those of a + b >= n are left as they are or not. */
-HPR_INLINE void square_body(const double *x, size_t x_stride, const double *y, size_t y_stride,
-                            size_t vectors, hpr_lanes *sum, size_t rows, size_t columns, bool total,
-                            bool fused)
+HPR_LANES_BODY void square_body(const double *x, size_t x_stride, const double *y, size_t y_stride,
+                                size_t vectors, hpr_lanes *sum, size_t rows, size_t columns, bool total,
+                                bool fused)
 {
     for (size_t a = 0; a < rows; a += TILE_ROWS)
         strip_body(x + a * x_stride, x_stride, y, y_stride, vectors, sum + a * columns, columns,
@@ -156,9 +158,9 @@ static size_t closed_up(hpr_lanes *sum, size_t n)
     return count;
 }
 
-HPR_INLINE void moments_body(const hpr_products *p, size_t count, const double *s, const double *t,
-                             const double *kernel, double *moment, size_t stride, hpr_sums_scratch *scratch,
-                             bool fused)
+HPR_LANES_BODY void moments_body(const hpr_products *p, size_t count, const double *s, const double *t,
+                                 const double *kernel, double *moment, size_t stride,
+                                 hpr_sums_scratch *scratch, bool fused)
 {
     const size_t n = (size_t)p->degree + 1, row = HPR_TABLE_POINTS;
     hpr_lanes *sum = scratch->sum;
@@ -182,8 +184,8 @@ HPR_INLINE void moments_body(const hpr_products *p, size_t count, const double *
 }
 
 /* moment of one eight of outer points; functions at most GRID_FUNCTIONS */
-HPR_INLINE void grid_tile(size_t points, const hpr_lanes *kernel, const double *basis, double *moment,
-                          int functions, bool fused)
+HPR_LANES_BODY void grid_tile(size_t points, const hpr_lanes *kernel, const double *basis, double *moment,
+                              int functions, bool fused)
 {
     hpr_lanes sum[GRID_FUNCTIONS];
 #pragma GCC unroll 8
@@ -192,17 +194,17 @@ HPR_INLINE void grid_tile(size_t points, const hpr_lanes *kernel, const double *
     for (size_t j = 0; j < points; j++) {
 #pragma GCC unroll 8
         for (int l = 0; l < functions; l++)
-            sum[l] = hpr_lanes_mul_add(kernel[j], hpr_lanes_of(basis[(size_t)l * HPR_TABLE_POINTS + j]),
-                                       sum[l], fused);
+            sum[l] = hpr_lanes_madd(fused, kernel[j], hpr_lanes_of(basis[(size_t)l * HPR_TABLE_POINTS + j]),
+                                    sum[l]);
     }
 #pragma GCC unroll 8
     for (int l = 0; l < functions; l++)
         hpr_lanes_store(moment + (size_t)l * HPR_ROWS, sum[l]);
 }
 
-HPR_INLINE void grid_body(const hpr_points *outer, size_t first, const hpr_points *inner, size_t start,
-                          double scale, size_t functions, const double *basis, double *moment,
-                          hpr_sums_scratch *scratch, bool fused)
+HPR_LANES_BODY void grid_body(const hpr_points *outer, size_t first, const hpr_points *inner, size_t start,
+                              double scale, size_t functions, const double *basis, double *moment,
+                              hpr_sums_scratch *scratch, bool fused)
 {
     size_t left = (size_t)inner->count - start, points = left < HPR_TABLE_POINTS ? left : HPR_TABLE_POINTS;
     size_t end = (size_t)outer->count < first + HPR_ROWS ? (size_t)outer->count : first + HPR_ROWS;
@@ -227,8 +229,8 @@ HPR_INLINE void grid_body(const hpr_points *outer, size_t first, const hpr_point
 }
 
 /* Two left rows and all right ones at a time. */
-HPR_INLINE void rows_body(const hpr_row_product *p, double *to, size_t to_stride, hpr_sums_scratch *scratch,
-                          bool fused)
+HPR_LANES_BODY void rows_body(const hpr_row_product *p, double *to, size_t to_stride,
+                              hpr_sums_scratch *scratch, bool fused)
 {
     hpr_lanes *sum = scratch->sum;
     for (size_t k = 0; k < p->left_count; k += TILE_ROWS) {
@@ -247,14 +249,14 @@ HPR_INLINE void rows_body(const hpr_row_product *p, double *to, size_t to_stride
     }
 }
 
-HPR_INLINE hpr_lanes greater(hpr_lanes a, hpr_lanes b)
+HPR_LANES_BODY hpr_lanes greater(hpr_lanes a, hpr_lanes b)
 {
     typedef long long bits __attribute__((vector_size(8 * sizeof(long long))));
     const bits first = a > b;
     return (hpr_lanes)(((bits)a & first) | ((bits)b & ~first));
 }
 
-HPR_INLINE void line_body(const hpr_point_line *line, hpr_points *points, bool fused)
+HPR_LANES_BODY void line_body(const hpr_point_line *line, hpr_points *points, bool fused)
 {
     size_t first = (size_t)points->count;
     double *const to[5] = {points->s + first, points->t + first, points->x + first, points->y + first,
@@ -263,9 +265,9 @@ HPR_INLINE void line_body(const hpr_point_line *line, hpr_points *points, bool f
         hpr_lanes u = hpr_lanes_load(line->u + i);
 #pragma GCC unroll 8
         for (int k = 0; k < 5; k++)
-            hpr_lanes_store(
-                to[k] + i, hpr_lanes_mul_add(u, hpr_lanes_of(line->by[k]), hpr_lanes_of(line->at[k]), fused));
-        hpr_lanes height = hpr_lanes_mul_add(u, hpr_lanes_of(line->by[5]), hpr_lanes_of(line->at[5]), fused);
+            hpr_lanes_store(to[k] + i,
+                            hpr_lanes_madd(fused, u, hpr_lanes_of(line->by[k]), hpr_lanes_of(line->at[k])));
+        hpr_lanes height = hpr_lanes_madd(fused, u, hpr_lanes_of(line->by[5]), hpr_lanes_of(line->at[5]));
         hpr_lanes_store(points->weight + first + i, hpr_lanes_of(line->scale) *
                                                         hpr_lanes_load(line->weight + i) *
                                                         greater(height, hpr_lanes_of(line->least)));
@@ -301,64 +303,64 @@ static void rows_sse2(const hpr_row_product *product, double *to, size_t to_stri
     rows_body(product, to, to_stride, scratch, false);
 }
 
-HPR_AVX2 static void kernel_avx2(const hpr_points *from, size_t i, const hpr_points *to, double scale,
-                                 double *kernel)
+HPR_TARGET_AVX2 static void kernel_avx2(const hpr_points *from, size_t i, const hpr_points *to, double scale,
+                                        double *kernel)
 {
     kernel_body(from, i, to, scale, kernel, true);
 }
 
-HPR_AVX2 static void moments_avx2(const hpr_products *products, size_t count, const double *s,
-                                  const double *t, const double *kernel, double *moment, size_t stride,
-                                  hpr_sums_scratch *scratch)
+HPR_TARGET_AVX2 static void moments_avx2(const hpr_products *products, size_t count, const double *s,
+                                         const double *t, const double *kernel, double *moment, size_t stride,
+                                         hpr_sums_scratch *scratch)
 {
     moments_body(products, count, s, t, kernel, moment, stride, scratch, true);
 }
 
-HPR_AVX2 static void grid_avx2(const hpr_points *outer, size_t first, const hpr_points *inner, size_t start,
-                               double scale, size_t functions, const double *basis, double *moment,
-                               hpr_sums_scratch *scratch)
+HPR_TARGET_AVX2 static void grid_avx2(const hpr_points *outer, size_t first, const hpr_points *inner,
+                                      size_t start, double scale, size_t functions, const double *basis,
+                                      double *moment, hpr_sums_scratch *scratch)
 {
     grid_body(outer, first, inner, start, scale, functions, basis, moment, scratch, true);
 }
 
-HPR_AVX2 static void line_avx2(const hpr_point_line *line, hpr_points *points)
+HPR_TARGET_AVX2 static void line_avx2(const hpr_point_line *line, hpr_points *points)
 {
     line_body(line, points, true);
 }
 
-HPR_AVX2 static void rows_avx2(const hpr_row_product *product, double *to, size_t to_stride,
-                               hpr_sums_scratch *scratch)
+HPR_TARGET_AVX2 static void rows_avx2(const hpr_row_product *product, double *to, size_t to_stride,
+                                      hpr_sums_scratch *scratch)
 {
     rows_body(product, to, to_stride, scratch, true);
 }
 
-HPR_AVX512 static void kernel_avx512(const hpr_points *from, size_t i, const hpr_points *to, double scale,
-                                     double *kernel)
+HPR_TARGET_AVX512 static void kernel_avx512(const hpr_points *from, size_t i, const hpr_points *to,
+                                            double scale, double *kernel)
 {
     kernel_body(from, i, to, scale, kernel, true);
 }
 
-HPR_AVX512 static void moments_avx512(const hpr_products *products, size_t count, const double *s,
-                                      const double *t, const double *kernel, double *moment, size_t stride,
-                                      hpr_sums_scratch *scratch)
+HPR_TARGET_AVX512 static void moments_avx512(const hpr_products *products, size_t count, const double *s,
+                                             const double *t, const double *kernel, double *moment,
+                                             size_t stride, hpr_sums_scratch *scratch)
 {
     moments_body(products, count, s, t, kernel, moment, stride, scratch, true);
 }
 
-HPR_AVX512 static void grid_avx512(const hpr_points *outer, size_t first, const hpr_points *inner,
-                                   size_t start, double scale, size_t functions, const double *basis,
-                                   double *moment, hpr_sums_scratch *scratch)
+HPR_TARGET_AVX512 static void grid_avx512(const hpr_points *outer, size_t first, const hpr_points *inner,
+                                          size_t start, double scale, size_t functions, const double *basis,
+                                          double *moment, hpr_sums_scratch *scratch)
 {
     grid_body(outer, first, inner, start, scale, functions, basis, moment, scratch, true);
 }
 
-HPR_AVX512 static void line_avx512(const hpr_point_line *line, hpr_points *points)
+HPR_TARGET_AVX512 static void line_avx512(const hpr_point_line *line, hpr_points *points)
 {
     line_body(line, points, true);
 }
 
-HPR_AVX512 static void rows_avx512(const hpr_row_product *product, double *to, size_t to_stride,
-                                   hpr_sums_scratch *scratch)
+HPR_TARGET_AVX512 static void rows_avx512(const hpr_row_product *product, double *to, size_t to_stride,
+                                          hpr_sums_scratch *scratch)
 {
     rows_body(product, to, to_stride, scratch, true);
 }

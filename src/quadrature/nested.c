@@ -23,8 +23,11 @@ typedef struct nested {
     const hpr_element_frame *outer, *inner;
     int count; /* corners of the inner polygon */
     hpr_vec3 outline[HPR_POLYGON_MAX];
-    hpr_rule rule;           /* all but the outer set */
-    double tolerance, total; /* of the whole, in outer parameters */
+    hpr_rule rule;                      /* all but the outer set */
+    double tolerance, total;            /* of the whole, in outer parameters */
+    bool sandwich;                      /* constants face to face: settled() applies */
+    hpr_affine height;                  /* of outer points over the inner plane */
+    hpr_affine inside[HPR_POLYGON_MAX]; /* distance from edge i's projection, towards the inner polygon */
     int cap;
     int rule_count;
     bool counting; /* first the total is estimated */
@@ -149,12 +152,51 @@ static void halve(const quad *q, int axis, quad half[2])
     }
 }
 
+/* How far a half plane that is `height` away can be from filling the view, or from filling nothing of it, at
+ * `distance` from the projection of its edge; on average over a strip from there on of this width. */
+static double half_plane(double distance, double height, double width)
+{
+    double r = hypot(distance, height), end = r > 0 ? height * height / (2 * r * (r + distance)) : 0;
+    return fmin(end, height / width);
+}
+
+/*
+ * Two planes face each other closely: but for strips along the projections of the inner edges, as wide as the
+ * planes are apart, a point sees nothing but the inner polygon, or nothing of it. A bound on what that leaves
+ * out on average over a quadrilateral: of the edges together inside, of any that is between outside.
+ */
+static double unsettled(const nested *n, const quad *q)
+{
+    double height = 0, inside = 0, outside = 1;
+    for (int k = 0; k < 4; k++)
+        height = fmax(height, hpr_affine_at(&n->height, q->corner[k][0], q->corner[k][1]));
+    for (int i = 0; i < n->count; i++) {
+        double low = INFINITY, high = -INFINITY;
+        for (int k = 0; k < 4; k++) {
+            double at = hpr_affine_at(&n->inside[i], q->corner[k][0], q->corner[k][1]);
+            low = fmin(low, at);
+            high = fmax(high, at);
+        }
+        if (low + high > 0)
+            inside += half_plane(fmax(low, 0), height, high - low);
+        else
+            outside = fmin(outside, half_plane(fmax(-high, 0), height, high - low));
+    }
+    return outside < 1 ? outside : inside;
+}
+
 static void refine(nested *n, const quad *q, int depth)
 {
     static const double share = 0.005, loosest = 1e-2;
     double cancellation, part = contribution(n, q, &cancellation);
-    double strength = hpr_polygon_strength(cancellation);
-    double tolerance = fmin(loosest, fmax(n->tolerance, share * n->tolerance * n->total / part));
+    double strength = hpr_polygon_strength(cancellation), allowed = share * n->tolerance * n->total;
+    double tolerance = fmin(loosest, fmax(n->tolerance, allowed / part));
+    double rest = n->sandwich ? unsettled(n, q) * quad_area(q) : INFINITY;
+    if (rest < allowed) {
+        const grid one = {1, rest > 0 ? rest / fmax(part, rest) : 0};
+        emit(n, q, (grid[2]){one, one}, tolerance);
+        return;
+    }
     grid axes[2] = {quad_grid(n, q, 0, strength, tolerance), quad_grid(n, q, 1, strength, tolerance)};
     int axis = axes[1].nodes > axes[0].nodes;
     bool stop = depth >= MAX_DEPTH || n->rule_count >= MAX_RULES;
@@ -259,15 +301,19 @@ static void add_triangle(nested *n, const double p[2], const double q[2], const 
     }
 }
 
-/* Along the projections of the inner polygon's edges. */
-static void cut_by_edges(const nested *n, hpr_cuts *pieces)
+/* Where outer points lie beside the projections of the inner polygon's edges. */
+static void project_edges(nested *n)
 {
+    hpr_vec3 middle = {0, 0, 0};
+    for (int i = 0; i < n->count; i++)
+        middle = hpr_madd(middle, 1.0 / n->count, n->outline[i]);
     for (int i = 0; i < n->count; i++) {
         hpr_vec3 from = n->outline[i], edge = hpr_sub(n->outline[(i + 1) % n->count], from);
         hpr_vec3 normal = hpr_cross(edge, n->outer->normal);
-        hpr_affine f = {hpr_dot(normal, hpr_sub(n->outer->origin, from)), hpr_dot(normal, n->outer->edge1),
-                        hpr_dot(normal, n->outer->edge2)};
-        hpr_cuts_along(pieces, &f);
+        double sign = hpr_dot(normal, hpr_sub(middle, from)) < 0 ? -1 : 1, length = hpr_length(normal);
+        normal = hpr_scale(normal, length > 0 ? sign / length : 0);
+        n->inside[i] = (hpr_affine){hpr_dot(normal, hpr_sub(n->outer->origin, from)),
+                                    hpr_dot(normal, n->outer->edge1), hpr_dot(normal, n->outer->edge2)};
     }
 }
 
@@ -275,7 +321,8 @@ static void add_pieces(nested *n, const hpr_polygon *outer)
 {
     hpr_cuts cut;
     hpr_cuts_init(&cut, outer);
-    cut_by_edges(n, &cut);
+    for (int i = 0; i < n->count; i++)
+        hpr_cuts_along(&cut, &n->inside[i]);
     for (int p = 0; p < cut.count; p++) {
         const hpr_polygon *piece = &cut.piece[p];
         double middle[2] = {0, 0};
@@ -296,6 +343,8 @@ static double frame_area(const hpr_element_frame *frame, const hpr_polygon *poly
 bool hpr_nested_choose(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_polygon *recv,
                        const hpr_polygon *send, double tolerance, hpr_rule_sink sink, void *user)
 {
+    static const double small_angle = 1e-3;
+    bool constants = pair->recv.degree == 0 && pair->send.degree == 0;
     /* The smaller polygon is the outer one: seen from it, the other fills much of the sky. */
     bool recv_is_outer = frame_area(&pair->recv, recv) <= frame_area(&pair->send, send);
     const hpr_polygon *outer = recv_is_outer ? recv : send, *inner = recv_is_outer ? send : recv;
@@ -317,6 +366,10 @@ bool hpr_nested_choose(const hpr_gauss_table *gauss, const hpr_pair *pair, const
         n.outline[i] = hpr_frame_point(n.inner, inner->corner[i][0], inner->corner[i][1]);
     memcpy(n.rule.nested.outer_origin, outer->corner[0], sizeof n.rule.nested.outer_origin);
     memcpy(n.rule.nested.inner_origin, inner->corner[0], sizeof n.rule.nested.inner_origin);
+    n.height = recv_is_outer ? pair->recv_height : pair->send_height;
+    n.sandwich = constants && hpr_dot(pair->recv.normal, pair->send.normal) < 0 &&
+                 hpr_length(hpr_cross(pair->recv.normal, pair->send.normal)) < small_angle;
+    project_edges(&n);
     add_pieces(&n, outer);
     n.counting = false;
     add_pieces(&n, outer);

@@ -11,7 +11,7 @@ struct hpr_point_scratch {
     hpr_context *context;
     hpr_group points;
     hpr_moment_scratch moments;
-    double kernel[HPR_POINTS_ROOM];
+    double kernel[HPR_POINTS_ROOM], basis[HPR_MAX_BASIS * HPR_TABLE_POINTS];
     hpr_convex blocker[HPR_CLIP_BLOCKERS];
 };
 
@@ -22,6 +22,7 @@ hpr_status hpr_point_scratch_create(hpr_context *ctx, hpr_point_scratch **out)
                                              "quadrature scratch");
     if (status == HPR_OK) {
         scratch->context = ctx;
+        scratch->moments.basis = scratch->basis;
         scratch->points.isa = hpr_context_isa_level(ctx);
     }
     *out = scratch;

@@ -78,7 +78,7 @@ static void set_outer(nest *n, const double place[2], double weight)
 
 /* True if the closed form serves: then it stands in the outer weight, next to one inner point at distance 1.
  */
-static bool closed_form(nest *n, hpr_vec3 x, const double place[2], double weight)
+static bool closed_form(nest *n, hpr_vec3 x, double z, const double place[2], double weight)
 {
     static const double least = 64, share = 0.01;
     hpr_polar *p = &n->polar;
@@ -88,7 +88,10 @@ static bool closed_form(nest *n, hpr_vec3 x, const double place[2], double weigh
     for (int i = 0; i < p->count; i++)
         corner[i] = hpr_sub(p->corner[i], x);
     hpr_lambert closed = hpr_lambert_above(n->outer->normal, corner, (size_t)p->count);
-    if (!(closed.rounding <= fmax(least, share * p->tolerance / DBL_EPSILON)))
+    double most = fmax(least, share * p->tolerance / DBL_EPSILON);
+    if (!(closed.rounding <= most))
+        closed = hpr_lambert_beside(n->outer->normal, p->normal, z, corner, (size_t)p->count);
+    if (!(closed.rounding <= most))
         return false;
     set_outer(n, place, weight * closed.fraction * 3.14159265358979323846 / p->jacobian);
     hpr_points *inner = p->points;
@@ -108,7 +111,7 @@ static void at_outer_point(nest *n, int i, int j)
     hpr_vec3 x = hpr_add(n->offset, hpr_frame_vector(n->outer, d));
     double z =
         n->rule->joined ? d[0] * n->height.along1 + d[1] * n->height.along2 : hpr_polar_height(&n->polar, x);
-    if (!(z > 0) || closed_form(n, x, place, weight))
+    if (!(z > 0) || closed_form(n, x, z, place, weight))
         return;
     set_outer(n, place, weight * z);
     hpr_polar_points(&n->polar, x, z);

@@ -25,13 +25,13 @@ static double panel_ellipse(double length)
     return b + sqrt(b * b + 1);
 }
 
+/* Without regard to HPR_NODES_MAX. */
 static int panel_nodes(const hpr_polar *polar, double ellipse, double growth)
 {
     static const double strength =
         4000; /* observed: 99 of 100 points err by less than a tenth of the tolerance */
     const hpr_convergence c = {ellipse, strength, 1, growth, polar->degree + 2};
-    int nodes = hpr_convergence_nodes(&c, polar->tolerance);
-    return nodes < HPR_NODES_MAX ? nodes : HPR_NODES_MAX;
+    return hpr_convergence_nodes(&c, polar->tolerance);
 }
 
 /* Growth of a polynomial on [a, b] = d sinh[low, high] to the ellipse around the panel from `begin`. */
@@ -67,81 +67,113 @@ static ray make_ray(const hpr_polar *polar, hpr_vec3 direction)
     return (ray){direction, s, t, rise};
 }
 
-/* Nodes of tau as parts of the way to the edge: rho = reach * part, and weights of part dpart; up to the end
- * of the last eight. */
-typedef struct steps {
+/* Points at the distances reach * part along a ray from y0, weights times `factor`; part and weight are read
+ * to the end of the last eight. */
+typedef struct ray_points {
     int count;
-    double part[HPR_NODES_MAX], weight[HPR_NODES_MAX];
-} steps;
+    double reach, factor;
+    const double *part, *weight;
+} ray_points;
 
-/* Points at the distances reach * part along a ray from y0, weights times `factor`. */
-static void add_points(const view *v, const ray *ray, const steps *st, double reach, double factor)
+static void add_points(const view *v, const ray *ray, const ray_points *of)
 {
     const hpr_polar *polar = v->polar;
-    const hpr_vec3 offset = v->offset, by = hpr_scale(ray->direction, reach);
+    const hpr_vec3 offset = v->offset, by = hpr_scale(ray->direction, of->reach);
     const hpr_point_line line = {
         .at = {polar->origin[0] + v->s0, polar->origin[1] + v->t0, offset.x, offset.y, offset.z, v->height0},
-        .by = {reach * ray->s, reach * ray->t, by.x, by.y, by.z, reach * ray->height},
-        .count = (size_t)st->count,
-        .u = st->part,
-        .weight = st->weight,
-        .scale = factor,
+        .by = {of->reach * ray->s, of->reach * ray->t, by.x, by.y, by.z, of->reach * ray->height},
+        .count = (size_t)of->count,
+        .u = of->part,
+        .weight = of->weight,
+        .scale = of->factor,
         .least = -INFINITY};
     hpr_sums_of(polar->group->isa)->line(&line, polar->points);
 }
 
-/* The part of a triangle from y0 to an edge between two directions, by sigma. */
+/* Zeroes an array of HPR_NODES_MAX from `count` to the end of the last eight. */
+static void fill_up(double *of, int count)
+{
+    for (size_t k = (size_t)count; k < hpr_lanes_padded((size_t)count); k++)
+        of[k] = 0;
+}
+
+/* A triangle from y0 to an edge, and the part of it between two directions, by sigma. */
 typedef struct sector {
     hpr_vec3 normal, along; /* from y0 to the edge's line, along the edge */
     double distance;        /* d */
     double begin, end;      /* of the whole edge, along it */
     double low, width;      /* of sigma */
+    int nodes;
 } sector;
 
-/* Panel k of `count` over tau; all rays take the steps that suit the longest. */
-static void make_steps(const view *v, double length, int k, int count, steps *st)
+/* A panel over tau, by nodes as parts of the way to the edge: rho = reach * part. */
+typedef struct steps {
+    double low, width, top; /* of tau, sinh of all of it */
+    int nodes;
+    double part[HPR_NODES_MAX], weight[HPR_NODES_MAX]; /* weight: of part dpart */
+} steps;
+
+static void make_steps(const hpr_polar *polar, steps *st)
 {
-    const hpr_polar *polar = v->polar;
-    double width = length / count, low = k * width, top = sinh(length), ellipse = panel_ellipse(width);
-    double growth = panel_growth(ellipse, 1 / top, 0, 1, low, width);
-    st->count = panel_nodes(polar, ellipse, growth);
-    const hpr_gauss_rule *gauss = &polar->gauss->legendre[st->count];
-    for (int j = 0; j < st->count; j++) {
-        double sine = sinh(low + width * gauss->node[j]);
-        st->part[j] = sine / top;
-        st->weight[j] = gauss->weight[j] * width * st->part[j] * sqrt(1 + sine * sine) / top;
+    const hpr_gauss_rule *gauss = &polar->gauss->legendre[st->nodes];
+    for (int j = 0; j < st->nodes; j++) {
+        double sine = sinh(st->low + st->width * gauss->node[j]);
+        st->part[j] = sine / st->top;
+        st->weight[j] = gauss->weight[j] * st->width * st->part[j] * sqrt(1 + sine * sine) / st->top;
     }
-    for (size_t j = (size_t)st->count; j < hpr_lanes_padded((size_t)st->count); j++)
-        st->part[j] = st->weight[j] = 0;
+    fill_up(st->part, st->nodes);
+    fill_up(st->weight, st->nodes);
 }
 
-static void add_panel(const view *v, const sector *sec, const steps *st, int nodes)
+static void add_panel(const view *v, const sector *sec, const steps *st)
 {
     const hpr_polar *polar = v->polar;
-    const hpr_gauss_rule *gauss = &polar->gauss->legendre[nodes];
-    if (polar->points->count + nodes * st->count > HPR_POINTS_MAX)
+    const hpr_gauss_rule *gauss = &polar->gauss->legendre[sec->nodes];
+    if (polar->points->count + sec->nodes * st->nodes > HPR_POINTS_MAX)
         flush(polar);
-    for (int i = 0; i < nodes; i++) {
+    for (int i = 0; i < sec->nodes; i++) {
         double sigma = sec->low + sec->width * gauss->node[i], cosine = cosh(sigma);
         ray ray = make_ray(polar, hpr_madd(hpr_scale(sec->normal, 1 / cosine), tanh(sigma), sec->along));
         double reach = sec->distance * cosine;
         double factor = sec->width * gauss->weight[i] / cosine * reach * reach / polar->jacobian;
-        add_points(v, &ray, st, reach, factor);
+        add_points(v, &ray, &(ray_points){st->nodes, reach, factor, st->part, st->weight});
     }
 }
 
-static void add_sector(const view *v, const sector *sec)
+/* All rays take the steps that suit the longest. Panels that would need more nodes than there are fall in
+ * two. */
+static void add_steps(const view *v, const sector *sec, double low, double width, double top)
 {
-    const hpr_polar *polar = v->polar;
-    double reach = fmax(cosh(sec->low), cosh(sec->low + sec->width)) * sec->distance;
-    double length = asinh(reach / v->distance), ellipse = panel_ellipse(sec->width);
-    double growth = panel_growth(ellipse, sec->distance, sec->begin, sec->end, sec->low, sec->width);
-    int count = panels(length), nodes = panel_nodes(polar, ellipse, growth);
-    for (int k = 0; k < count; k++) {
-        steps st;
-        make_steps(v, length, k, count, &st);
-        add_panel(v, sec, &st, nodes);
+    steps st = {.low = low, .width = width, .top = top};
+    double ellipse = panel_ellipse(width);
+    st.nodes = panel_nodes(v->polar, ellipse, panel_growth(ellipse, 1 / top, 0, 1, low, width));
+    if (st.nodes > HPR_NODES_MAX) {
+        add_steps(v, sec, low, width / 2, top);
+        add_steps(v, sec, low + width / 2, width / 2, top);
+        return;
     }
+    make_steps(v->polar, &st);
+    add_panel(v, sec, &st);
+}
+
+/* The part from `low` on; panels as above. */
+static void add_sector(const view *v, sector *sec, double low, double width)
+{
+    double ellipse = panel_ellipse(width);
+    double growth = panel_growth(ellipse, sec->distance, sec->begin, sec->end, low, width);
+    sec->low = low;
+    sec->width = width;
+    sec->nodes = panel_nodes(v->polar, ellipse, growth);
+    if (sec->nodes > HPR_NODES_MAX) {
+        add_sector(v, sec, low, width / 2);
+        add_sector(v, sec, low + width / 2, width / 2);
+        return;
+    }
+    double reach = fmax(cosh(low), cosh(low + width)) * sec->distance;
+    double length = asinh(reach / v->distance), top = sinh(length);
+    int count = panels(length);
+    for (int k = 0; k < count; k++)
+        add_steps(v, sec, k * length / count, length / count, top);
 }
 
 /* The triangle from y0 to the edge from a to b, both relative to y0. */
@@ -153,7 +185,8 @@ static void add_triangle(const view *v, hpr_vec3 a, hpr_vec3 b)
     if (!(length > 0))
         return;
     along = hpr_scale(along, 1 / length);
-    double turn = hpr_dot(hpr_cross(a, along), v->polar->normal), distance = fabs(turn);
+    hpr_vec3 end = hpr_dot(a, a) < hpr_dot(b, b) ? a : b;
+    double turn = hpr_dot(hpr_cross(end, along), v->polar->normal), distance = fabs(turn);
     if (!(distance > nothing * (v->distance + length)))
         return;
     sector sec = {.normal = hpr_scale(hpr_cross(along, v->polar->normal), turn > 0 ? 1 : -1),
@@ -163,11 +196,8 @@ static void add_triangle(const view *v, hpr_vec3 a, hpr_vec3 b)
     sec.end = hpr_dot(b, along);
     double low = asinh(sec.begin / distance), high = asinh(sec.end / distance);
     int count = panels(high - low);
-    sec.width = (high - low) / count;
-    for (int k = 0; k < count; k++) {
-        sec.low = low + k * sec.width;
-        add_sector(v, &sec);
-    }
+    for (int k = 0; k < count; k++)
+        add_sector(v, &sec, low + k * (high - low) / count, (high - low) / count);
 }
 
 static view make_view(const hpr_polar *polar, hpr_vec3 x, hpr_vec3 nearest)
@@ -181,12 +211,16 @@ static view make_view(const hpr_polar *polar, hpr_vec3 x, hpr_vec3 nearest)
     return v;
 }
 
-/* Nearest point of the segment a to b. */
+/* Nearest point of the segment between a and b; from the nearer end on, for rounding of the other may be more
+ * than the height over the plane. */
 static hpr_vec3 nearest_on_edge(hpr_vec3 p, hpr_vec3 a, hpr_vec3 b)
 {
-    hpr_vec3 along = hpr_sub(b, a);
-    double square = hpr_dot(along, along), f = square > 0 ? hpr_dot(hpr_sub(p, a), along) / square : 0;
-    return f <= 0 ? a : f >= 1 ? b : hpr_madd(a, f, along);
+    hpr_vec3 from_a = hpr_sub(p, a), from_b = hpr_sub(p, b);
+    bool first = hpr_dot(from_a, from_a) < hpr_dot(from_b, from_b);
+    hpr_vec3 end = first ? a : b, from = first ? from_a : from_b,
+             along = first ? hpr_sub(b, a) : hpr_sub(a, b);
+    double square = hpr_dot(along, along), f = square > 0 ? hpr_dot(from, along) / square : 0;
+    return f > 0 ? hpr_madd(end, f, along) : end;
 }
 
 /* Nearest point of the polygon to a point of its plane; *edge: the edge that it is on, -1: inside. */
@@ -198,7 +232,9 @@ static hpr_vec3 nearest_in_polygon(const hpr_polar *polar, hpr_vec3 p, int *edge
     for (int i = 0; i < polar->count; i++) {
         hpr_vec3 a = polar->corner[i], b = polar->corner[(i + 1) % polar->count];
         hpr_vec3 q = nearest_on_edge(p, a, b), gap = hpr_sub(q, p);
-        double turn = hpr_dot(hpr_cross(hpr_sub(b, a), hpr_sub(p, a)), polar->normal);
+        hpr_vec3 from_a = hpr_sub(p, a), from_b = hpr_sub(p, b);
+        hpr_vec3 from_end = hpr_dot(from_a, from_a) < hpr_dot(from_b, from_b) ? from_a : from_b;
+        double turn = hpr_dot(hpr_cross(hpr_sub(b, a), from_end), polar->normal);
         sides[turn > 0] += turn != 0;
         if (hpr_dot(gap, gap) < least) {
             least = hpr_dot(gap, gap);
@@ -213,7 +249,33 @@ static hpr_vec3 nearest_in_polygon(const hpr_polar *polar, hpr_vec3 p, int *edge
     return nearest;
 }
 
-/* sigma along the segment itself: its points at the distance d cosh(sigma) from x. */
+/* sigma along the segment itself, from `begin` to `end` from y0: its points at the distance d cosh(sigma)
+ * from x.
+ */
+static void add_part(const view *v, const ray *along, double begin, double end, double low, double width)
+{
+    const hpr_polar *polar = v->polar;
+    double ellipse = panel_ellipse(width), distance = v->distance;
+    int nodes = panel_nodes(polar, ellipse, panel_growth(ellipse, distance, begin, end, low, width));
+    if (nodes > HPR_NODES_MAX) {
+        add_part(v, along, begin, end, low, width / 2);
+        add_part(v, along, begin, end, low + width / 2, width / 2);
+        return;
+    }
+    const hpr_gauss_rule *gauss = &polar->gauss->legendre[nodes];
+    if (polar->points->count + nodes > HPR_POINTS_MAX)
+        flush(polar);
+    double part[HPR_NODES_MAX], weight[HPR_NODES_MAX];
+    for (int i = 0; i < nodes; i++) {
+        double sine = sinh(low + width * gauss->node[i]);
+        part[i] = sine;
+        weight[i] = gauss->weight[i] * sqrt(1 + sine * sine);
+    }
+    fill_up(part, nodes);
+    fill_up(weight, nodes);
+    add_points(v, along, &(ray_points){nodes, distance, width * distance / polar->jacobian, part, weight});
+}
+
 static void segment_points(const hpr_polar *polar, hpr_vec3 x)
 {
     hpr_vec3 a = polar->corner[0], along = hpr_sub(polar->corner[1], a);
@@ -222,25 +284,11 @@ static void segment_points(const hpr_polar *polar, hpr_vec3 x)
     hpr_vec3 from = hpr_sub(a, x), foot = hpr_madd(from, -hpr_dot(from, along), along);
     double distance = hpr_length(foot), begin = hpr_dot(from, along);
     view v = make_view(polar, x, hpr_add(x, foot));
-    ray ray = make_ray(polar, along);
+    ray r = make_ray(polar, along);
     double low = asinh(begin / distance), high = asinh((begin + length) / distance);
     int count = panels(high - low);
-    double width = (high - low) / count, ellipse = panel_ellipse(width);
-    for (int k = 0; k < count; k++) {
-        double start = low + k * width;
-        double growth = panel_growth(ellipse, distance, begin, begin + length, start, width);
-        int nodes = panel_nodes(polar, ellipse, growth);
-        const hpr_gauss_rule *gauss = &polar->gauss->legendre[nodes];
-        if (polar->points->count + nodes > HPR_POINTS_MAX)
-            flush(polar);
-        steps st = {.count = nodes};
-        for (int i = 0; i < nodes; i++) {
-            double sine = sinh(start + width * gauss->node[i]);
-            st.part[i] = sine;
-            st.weight[i] = width * gauss->weight[i] * sqrt(1 + sine * sine);
-        }
-        add_points(&v, &ray, &st, distance, distance / polar->jacobian);
-    }
+    for (int k = 0; k < count; k++)
+        add_part(&v, &r, begin, begin + length, low + k * (high - low) / count, (high - low) / count);
 }
 
 double hpr_polar_height(const hpr_polar *polar, hpr_vec3 x)

@@ -5,8 +5,6 @@
 #include "quadrature/lanes_sums.h"
 #include "quadrature/pair.h"
 
-enum { HPR_TOTAL_MAX = (HPR_MAX_DEGREE + 1) * (HPR_MAX_DEGREE + 2) / 2 };
-
 /*
  * phi_k = sum_l matrix[k count + l] (X_a Y_b)_l; of a parallelogram phi_k = matrix[k] (X_a Y_b)_k. loss: the
  * largest sum of a row's magnitudes, phi_0 being 1: how many roundoffs of the constant's moment a moment of
@@ -17,10 +15,10 @@ typedef struct hpr_moment_map {
     hpr_products products;
     size_t count; /* of functions */
     double loss;
-    double matrix[HPR_TOTAL_MAX * HPR_TOTAL_MAX];
+    double *matrix; /* [count][count], or [count] */
 } hpr_moment_map;
 
-/* Thread-safe with distinct maps. */
+/* map->matrix: room for it. Thread-safe with distinct maps. */
 void hpr_moment_map_make(const hpr_element_frame *frame, hpr_moment_map *map);
 
 /* moment [count][width] of products -> out [width], the moments of phi_k. */
@@ -28,7 +26,7 @@ void hpr_moment_map_row(const hpr_moment_map *map, size_t k, const double *momen
 
 typedef struct hpr_moment_scratch {
     hpr_sums_scratch sums;
-    double basis[HPR_MAX_BASIS * HPR_TABLE_POINTS]; /* [functions][points] */
+    double *basis; /* [functions][HPR_TABLE_POINTS] */
     double recurrences[4 * HPR_TABLE_POINTS];
 } hpr_moment_scratch;
 

@@ -20,7 +20,8 @@ typedef enum hpr_rule_kind {
     HPR_RULE_VERTEX,  /* triangles sharing vertex 0 */
     HPR_RULE_EDGE,    /* triangles sharing the edge from vertex 0 to vertex 1 */
     HPR_RULE_NESTED,  /* one side point by point, the other integrated in polar coordinates seen from it */
-    HPR_RULE_CLIPPED  /* one side point by point, the other over what the point sees of it */
+    HPR_RULE_CLIPPED, /* one side point by point, the other over what the point sees of it */
+    HPR_RULE_PARALLEL /* parallel planes and edges: over the difference of the points (parallel.h) */
 } hpr_rule_kind;
 
 /* A box in the coordinates of a rule: [low, low + width] along each axis. */
@@ -47,6 +48,18 @@ typedef struct hpr_nested {
     int homothety; /* what becomes of the sum: 0 nothing, 1 the first, 2 the second, then the first */
 } hpr_nested;
 
+/* The sender along one edge of the receiver, in units of that edge. */
+typedef struct hpr_overlap {
+    double first, length; /* the sender is [first, first + length], the receiver [0, 1] */
+    bool reversed;        /* the sender's parameter runs against the edge */
+} hpr_overlap;
+
+typedef struct hpr_parallel {
+    double height;        /* of one plane over the other */
+    hpr_overlap along[2]; /* edge1 and edge2 of the receiver */
+    bool swapped;         /* the sender's edge1 runs along the receiver's edge2 */
+} hpr_parallel;
+
 typedef struct hpr_rule {
     hpr_rule_kind kind;
     double error; /* estimated, relative to what the rule contributes */
@@ -62,7 +75,8 @@ typedef struct hpr_rule {
     bool recv_is_outer;
     hpr_polygon inner; /* the other side's part, in its parameters */
     int inner_degree;  /* total degree of the inner polynomials; 0: the closed form is used */
-    double tolerance;  /* of the inner integral */
+    double tolerance;  /* of the inner integral; parallel: of the whole */
+    hpr_parallel parallel;
 } hpr_rule;
 
 /* Terms of the vertex and the edge rule. */

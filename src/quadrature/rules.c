@@ -3,6 +3,7 @@
 #include "quadrature/contact.h"
 #include "quadrature/cuts.h"
 #include "quadrature/homothety.h"
+#include "quadrature/parallel.h"
 #include "quadrature/rule.h"
 
 #include <float.h>
@@ -282,12 +283,37 @@ static double slenderness(const hpr_element_frame *frame)
     return longest_edge(frame) * longest_edge(frame) / frame->area_m2;
 }
 
+static void nested(chooser *c, const hpr_contact *contact)
+{
+    c->outcome.stopped_short |= !hpr_nested_choose(c->gauss, c->pair, &contact->recv_front,
+                                                   &contact->send_front, c->tolerance, c->sink, c->user);
+}
+
+/* Parallelograms in parallel planes with parallel edges, unless product rules need so few kernels that they
+ * take less time: the rule's own work is that of its nine cells. */
+static bool parallel(chooser *c, const hpr_contact *contact)
+{
+    enum { CELLS = 9, POINTS = 2000 };
+    static const double errors = 0.5; /* of the tolerance that its points were chosen for, observed */
+    hpr_rule rule = {.kind = HPR_RULE_PARALLEL, .tolerance = c->tolerance, .error = errors * c->tolerance};
+    if (!hpr_parallel_find(c->pair, c->tolerance, &rule.parallel))
+        return false;
+    int recv = c->pair->recv.degree + 1, send = c->pair->send.degree + 1;
+    double work = POINTS + CELLS * recv * send * (recv + send);
+    if (product_cost(c, contact, work) < work)
+        return false;
+    emit(c, &rule);
+    return true;
+}
+
 /* Pairs that do not touch: product rules where those are cheap, a homothety where it loses nothing, else the
  * nested rule. The limits in kernels are where their times are about equal, measured. */
 static void near_or_far(chooser *c, const hpr_contact *contact)
 {
     static const double loss = 1e-14, rounding = 1e-15;
     double cheap = constants(c) ? 1e5 : 2e6, dear = constants(c) ? 5e5 : 3e7, condition;
+    if (parallel(c, contact))
+        return;
     double cost = product_cost(c, contact, dear);
     if (cost > cheap && c->outcome.flat < c->tolerance) {
         hpr_homothety apart = hpr_homothety_apart(c->gauss, c->pair, contact, &c->scratch->group, &condition);
@@ -301,8 +327,7 @@ static void near_or_far(chooser *c, const hpr_contact *contact)
     if (cost < dear)
         emit_pieces(c, contact);
     else
-        c->outcome.stopped_short |= !hpr_nested_choose(c->gauss, c->pair, &contact->recv_front,
-                                                       &contact->send_front, c->tolerance, c->sink, c->user);
+        nested(c, contact);
 }
 
 /* What rounding does to the heights of one side's front over the other's plane, relative to the largest. */
@@ -360,25 +385,6 @@ static void clipped(chooser *c, const hpr_contact *contact)
     }
 }
 
-/*
- * Constants of a pair that touches at an angle so small that rounding turns the planes by more than is asked:
- * what a homothety puts together belongs to no pair of planes then, while the part of the view that one
- * fills, point by point, is at most 1 and errs only near the edges.
- */
-static void slit_wedge(chooser *c, const hpr_contact *contact)
-{
-    double scale_m2 = sqrt(c->pair->recv.area_m2 * c->pair->send.area_m2);
-    const hpr_partial_demand demand = {.tolerance = c->demand->tolerance,
-                                       .allowed_m2 = c->demand->negligible * scale_m2,
-                                       .flat = c->outcome.flat,
-                                       .swept_m2 = c->outcome.swept * scale_m2,
-                                       .slit = true};
-    hpr_partial part = hpr_partial_integrate(c->gauss, c->pair, &contact->recv_front, &contact->send_front,
-                                             &demand, c->scratch->cell);
-    c->outcome.exchange_m2 += part.exchange_m2;
-    c->outcome.error += part.error_m2 / scale_m2;
-}
-
 static void integrate(chooser *c, const hpr_cell *recv, const hpr_cell *send)
 {
     hpr_contact contact;
@@ -390,7 +396,8 @@ static void integrate(chooser *c, const hpr_cell *recv, const hpr_cell *send)
     bool sampled = c->demand->least_nodes > 1, separate = contact.kind == HPR_CONTACT_SEPARATE;
     bool parts = c->pair->recv_part_count || c->pair->send_part_count;
     static const double smallest_angle = 1e-3;
-    c->slit = !separate && hpr_length(hpr_cross(c->pair->recv.normal, c->pair->send.normal)) < smallest_angle;
+    c->slit = !separate && hpr_dot(c->pair->recv.normal, c->pair->send.normal) < 0 &&
+              hpr_length(hpr_cross(c->pair->recv.normal, c->pair->send.normal)) < smallest_angle;
     if (c->pair->blocker_count || (parts && !sampled)) {
         clipped(c, &contact);
         return;
@@ -399,8 +406,10 @@ static void integrate(chooser *c, const hpr_cell *recv, const hpr_cell *send)
         emit_pieces(c, &contact);
         return;
     }
+    /* What a homothety puts together belongs to no pair of planes if rounding turns these by more than is
+     * asked, while the part of the view that one fills, point by point, is at most 1. */
     if (c->slit && constants(c)) {
-        slit_wedge(c, &contact);
+        nested(c, &contact);
         return;
     }
     if (!separate) {

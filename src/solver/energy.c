@@ -1,26 +1,9 @@
 #include "solver/energy.h"
 
-#include "basis/basis.h"
-#include "direct/lambert.h"
-#include "math/gauss.h"
-#include "math/hash.h"
-#include "math/vec3.h"
-#include "quadrature/cuts.h"
-#include "visibility/visibility.h"
+#include "solver/losses.h"
 
-#include <omp.h>
+#include <math.h>
 #include <string.h>
-
-enum {
-    MAX_LAMBERT_PATCHES = 512, /* more patches, and all fractions are sampled */
-    CELL_NODES = 6,
-    MANY_LEAVES = 1000, /* are small, so that what they see varies little over them */
-    MAX_DEPTH = 48,
-    MAX_CELLS = 20000, /* per leaf */
-    RAYS = 1 << 20,    /* about so many in all */
-    LEAST_RAYS = 64,
-    MOST_RAYS = 4096 /* of a leaf */
-};
 
 typedef struct energy {
     hpr_solution *solution;
@@ -29,257 +12,8 @@ typedef struct energy {
     double *reflected; /* [dofs][channels] coefficients of rho H where rho varies; NULL: nowhere */
     const hpr_patches *patches;
     const hpr_elements *elements;
-    hpr_visibility *visibility;
     size_t channels;
-    double tolerance; /* absolute, W per leaf */
-    size_t rays;      /* per leaf */
-    bool *shaded;     /* [patches] something may come between it and what it sees */
-    double *lost;     /* [leaves][2][channels] on backs, escaped; summed in leaf order */
 } energy;
-
-/* f_back and f_out at one point of a patch. */
-typedef struct fractions {
-    double back, out;
-} fractions;
-
-/* Exact, where nothing shades: every other patch is seen from its front or from its back. */
-static fractions lambert_fractions(const energy *e, size_t patch, const double point[3])
-{
-    const hpr_patches *patches = e->patches;
-    fractions f = {0, 1};
-    for (size_t j = 0; j < patches->count; j++) {
-        if (j == patch || j == patches->twin[patch] || (patches->twin[j] != HPR_NONE && patches->twin[j] < j))
-            continue;
-        double corner[4][3], offset[3];
-        size_t count = hpr_patch_corners(patches, j, corner);
-        double part =
-            hpr_lambert_fraction(point, patches->normal + 3 * patch, (const double(*)[3])corner, count);
-        hpr_subtract3(point, patches->origin + 3 * j, offset);
-        f.out -= part;
-        if (patches->twin[j] == HPR_NONE && hpr_dot3(offset, patches->normal + 3 * j) < 0)
-            f.back += part;
-    }
-    return f;
-}
-
-/* A leaf while its losses are integrated. Values: [2][channels] on backs, escaped. */
-typedef struct leaf_integral {
-    const energy *e;
-    size_t leaf, patch;
-    uint32_t node;
-    hpr_element_frame frame;
-    hpr_cell
-        cell; /* triangle of the leaf's parameters over which boxes lie, collapsed: a = u (1 - v), b = v */
-    int cells, nodes; /* boxes so far, nodes per axis of a box */
-} leaf_integral;
-
-static void leaf_point(const leaf_integral *l, double s, double t, double point[3])
-{
-    const hpr_elements *elements = l->e->elements;
-    for (int k = 0; k < 3; k++) {
-        size_t i = 3 * (size_t)l->node + (size_t)k;
-        point[k] = elements->origin[i] + s * elements->edge1[i] + t * elements->edge2[i];
-    }
-}
-
-static void leaf_radiosity(const leaf_integral *l, double s, double t, double *radiosity)
-{
-    const energy *e = l->e;
-    double basis[HPR_MAX_BASIS];
-    double scale = hpr_frame_scale(&l->frame);
-    size_t n = e->channels, count = hpr_basis_count(l->frame.shape, l->frame.degree);
-    bool open = hpr_coverage_open(e->coverage, l->leaf, s, t), varies = hpr_mass_varies(e->mass, l->leaf);
-    const double *coefficient =
-        (varies ? e->reflected : e->solution->irradiance) + n * e->elements->dof[l->leaf];
-    hpr_frame_basis(&l->frame, s, t, basis);
-    for (size_t c = 0; c < n; c++) {
-        double value = 0;
-        for (size_t k = 0; k < count && open; k++)
-            value += scale * basis[k] * coefficient[n * k + c];
-        double rho = varies ? 1 : e->patches->reflectance[n * l->patch + c];
-        radiosity[c] = e->patches->exitance[n * l->patch + c] + rho * value;
-    }
-}
-
-/* Adds weight * B * f. */
-static void add_point(const leaf_integral *l, double s, double t, double weight, fractions f,
-                      double *radiosity, double *sum)
-{
-    size_t n = l->e->channels;
-    leaf_radiosity(l, s, t, radiosity);
-    for (size_t c = 0; c < n; c++) {
-        sum[c] += weight * f.back * radiosity[c];
-        sum[n + c] += weight * f.out * radiosity[c];
-    }
-}
-
-/* Product Gauss over a box of the cell's collapsed coordinates. radiosity: scratch [channels]. */
-static void integrate_box(leaf_integral *l, const double box[4], double *sum, double *radiosity)
-{
-    int nodes = l->nodes;
-    const hpr_gauss_rule *gauss = &hpr_gauss.legendre[nodes];
-    const double *o = l->cell.origin, *e1 = l->cell.edge1, *e2 = l->cell.edge2;
-    double parameters = hpr_frame_measure(&l->frame);
-    double area =
-        fabs(e1[0] * e2[1] - e1[1] * e2[0]) * l->e->elements->area_m2[l->node] / parameters * box[2] * box[3];
-    memset(sum, 0, 2 * l->e->channels * sizeof *sum);
-    l->cells++;
-    for (int j = 0; j < nodes; j++) {
-        for (int i = 0; i < nodes; i++) {
-            double v = box[1] + box[3] * gauss->node[j], a = (box[0] + box[2] * gauss->node[i]) * (1 - v),
-                   point[3];
-            double s = o[0] + a * e1[0] + v * e2[0], t = o[1] + a * e1[1] + v * e2[1];
-            leaf_point(l, s, t, point);
-            add_point(l, s, t, gauss->weight[i] * gauss->weight[j] * area * (1 - v),
-                      lambert_fractions(l->e, l->patch, point), radiosity, sum);
-        }
-    }
-}
-
-static double difference(const double *whole, const double *half0, const double *half1, size_t count)
-{
-    double worst = 0;
-    for (size_t i = 0; i < count; i++)
-        worst = fmax(worst, fabs(whole[i] - half0[i] - half1[i]));
-    return worst;
-}
-
-/* Adaptive by halving along the axis that shows the larger difference; adds to `total`. Works on a stack of
- * its own. */
-static void integrate_adaptively(leaf_integral *l, const double box[4], const double *whole, int depth,
-                                 double *total)
-{
-    size_t n = 2 * l->e->channels;
-    double half[2][2][n], radiosity[n], halves[2][2][4], error[2];
-    for (int axis = 0; axis < 2; axis++) {
-        for (int which = 0; which < 2; which++) {
-            double *h = halves[axis][which];
-            memcpy(h, box, 4 * sizeof *h);
-            h[2 + axis] /= 2;
-            h[axis] += which * h[2 + axis];
-            integrate_box(l, h, half[axis][which], radiosity);
-        }
-        error[axis] = difference(whole, half[axis][0], half[axis][1], n);
-    }
-    int axis = error[1] > error[0];
-    if (error[axis] <= l->e->tolerance || depth >= MAX_DEPTH || l->cells > MAX_CELLS) {
-        for (size_t i = 0; i < n; i++)
-            total[i] += half[axis][0][i] + half[axis][1][i];
-        return;
-    }
-    for (int which = 0; which < 2; which++)
-        integrate_adaptively(l, halves[axis][which], half[axis][which], depth + 1, total);
-}
-
-/* The leaf cut where it crosses the planes of other patches: on one side they show their fronts, on the other
- * their backs, so that the fractions have a kink there. */
-static void cut_at_planes(const leaf_integral *l, hpr_cuts *pieces)
-{
-    const hpr_patches *patches = l->e->patches;
-    const hpr_elements *elements = l->e->elements;
-    const hpr_polygon whole = hpr_frame_outline(&l->frame);
-    hpr_cuts_init(pieces, &whole);
-    size_t own = 3 * (size_t)l->node;
-    for (size_t j = 0; j < patches->count; j++) {
-        double offset[3];
-        const double *normal = patches->normal + 3 * j;
-        hpr_subtract3(elements->origin + own, patches->origin + 3 * j, offset);
-        hpr_affine height = {hpr_dot3(normal, offset), hpr_dot3(normal, elements->edge1 + own),
-                             hpr_dot3(normal, elements->edge2 + own)};
-        if (j != l->patch && j != patches->twin[l->patch])
-            hpr_cuts_along(pieces, &height);
-    }
-}
-
-/* Fractions are positive and smooth over a piece: where their integral is next to nothing so are they, as in
- * a closed room, and halving would show nothing new. */
-static bool is_negligible(const leaf_integral *l, const double *whole)
-{
-    for (size_t i = 0; i < 2 * l->e->channels; i++) {
-        if (!(fabs(whole[i]) <= l->e->tolerance))
-            return false;
-    }
-    return true;
-}
-
-static void lose_exactly(leaf_integral *l, double *total)
-{
-    static const double whole_box[4] = {0, 0, 1, 1};
-    double whole[2 * l->e->channels], scratch[l->e->channels];
-    hpr_cuts pieces;
-    hpr_cell cell[HPR_POLYGON_MAX];
-    cut_at_planes(l, &pieces);
-    for (int p = 0; p < pieces.count; p++) {
-        int count = hpr_cuts_fan(&pieces.piece[p], cell);
-        for (int i = 0; i < count; i++) {
-            l->cell = cell[i];
-            integrate_box(l, whole_box, whole, scratch);
-            if (is_negligible(l, whole)) {
-                for (size_t k = 0; k < 2 * l->e->channels; k++)
-                    total[k] += whole[k];
-            } else {
-                integrate_adaptively(l, whole_box, whole, 0, total);
-            }
-        }
-    }
-}
-
-/* A cosine-weighted direction (Malley) from two numbers in [0,1). */
-static void cosine_direction(const hpr_patches *patches, size_t patch, const double at[2],
-                             double direction[3])
-{
-    hpr_vec3 n = hpr_vec3_load(patches->normal + 3 * patch), u = hpr_vec3_load(patches->edge1 + 3 * patch);
-    u = hpr_scale(u, 1 / hpr_length(u));
-    double radius = sqrt(at[0]), angle = 2 * 3.14159265358979323846 * at[1];
-    hpr_vec3 d = hpr_madd(hpr_scale(n, sqrt(1 - at[0])), radius * cos(angle), u);
-    hpr_vec3_store(direction, hpr_madd(d, radius * sin(angle), hpr_cross(n, u)));
-}
-
-/*
- * Rays from all over the leaf in all directions, each from a point of its own: what shows only backs, as
- * under an open box, may be a small part of the leaf. A Kronecker sequence (Roberts 2018: powers of the root
- * of x^5 = x + 1) moved at random.
- */
-static void lose_by_rays(leaf_integral *l, double *total)
-{
-    static const double step[4] = {0.8566748838545029, 0.733891856627126, 0.6287067210378087,
-                                   0.5385972572236101};
-    const energy *e = l->e;
-    double scratch[e->channels],
-        near = 1e-9 * hpr_patches_radius(e->patches, (double[3]){0}) + e->patches->weld_m;
-    for (size_t r = 0; r < e->rays; r++) {
-        double at[4], point[3], direction[3];
-        for (size_t k = 0; k < 4; k++) {
-            at[k] = hpr_hash_unit(4 * l->leaf + k + 1) + (double)(r + 1) * step[k];
-            at[k] -= floor(at[k]);
-        }
-        hpr_shape_uniform(l->frame.shape, l->frame.opposite, at[0], at[1], at);
-        leaf_point(l, at[0], at[1], point);
-        cosine_direction(e->patches, l->patch, at + 2, direction);
-        bool back = false;
-        hpr_hit hit = hpr_visibility_first_hit(e->visibility, point, direction, near, INFINITY, false, &back);
-        fractions f = {hit.patch != HPR_NONE && back, hit.patch == HPR_NONE};
-        if (f.back + f.out > 0)
-            add_point(l, at[0], at[1], e->elements->area_m2[l->node] / (double)e->rays, f, scratch, total);
-    }
-}
-
-static void lose_from_leaf(const energy *e, size_t leaf)
-{
-    uint32_t node = e->elements->leaf[leaf], patch = e->elements->patch[node];
-    leaf_integral l = {.e = e,
-                       .leaf = leaf,
-                       .patch = patch,
-                       .node = node,
-                       .frame = hpr_leaf_frame(e->patches, e->elements, leaf)};
-    double *total = e->lost + 2 * e->channels * leaf;
-    int degree = e->elements->degree[node];
-    l.nodes = e->elements->leaf_count < MANY_LEAVES || degree + 2 > CELL_NODES ? CELL_NODES : degree + 2;
-    if (e->shaded[patch])
-        lose_by_rays(&l, total);
-    else
-        lose_exactly(&l, total);
-}
 
 /* What needs no visibility any more: emitted, from outside and absorbed. */
 static void sum_local_terms(energy *e, const double *outside)
@@ -324,65 +58,35 @@ static hpr_status reflect(energy *e)
     return status;
 }
 
-static hpr_status prepare(energy *e)
+static hpr_status sum_losses(const energy *e, const hpr_tree *tree, double tolerance)
 {
-    hpr_context *ctx = e->solution->context;
-    size_t leaves = e->elements->leaf_count;
-    hpr_status status = hpr_visibility_create(e->patches, &e->visibility);
-    if (status == HPR_OK)
-        status = hpr_allocate_into(ctx, &e->shaded, e->patches->count, sizeof *e->shaded, "energy terms");
-    if (status == HPR_OK)
-        status = hpr_allocate_into(ctx, &e->lost, 2 * e->channels * leaves, sizeof(double), "energy terms");
-    if (status != HPR_OK)
-        return status;
     double come_in = 0;
     for (size_t c = 0; c < e->channels; c++)
         come_in = fmax(come_in, e->solution->energy[c].emitted + e->solution->energy[c].environment);
-    e->tolerance = 1e-11 * come_in / (double)(leaves ? leaves : 1);
-    e->rays = LEAST_RAYS;
-    while (e->rays < MOST_RAYS && 2 * leaves * e->rays <= RAYS)
-        e->rays *= 2;
-    return HPR_OK;
+    hpr_losses losses = {.solution = e->solution,
+                         .coverage = e->coverage,
+                         .mass = e->mass,
+                         .tree = tree,
+                         .reflected = e->reflected,
+                         .tolerance = tolerance * come_in};
+    return hpr_losses_add(&losses, e->solution->energy);
 }
 
 hpr_status hpr_energy_compute(hpr_solution *solution, const hpr_coverage *coverage, const hpr_mass *mass,
-                              const double *outside)
+                              const hpr_links *links, const double *outside)
 {
-    hpr_context *ctx = solution->context;
+    static const double least = 1e-11, part_of_links = 1e-4;
     energy e = {.solution = solution,
                 .coverage = coverage,
                 .mass = mass,
                 .patches = solution->patches,
                 .elements = solution->elements,
                 .channels = solution->channel_count};
-    size_t n = e.channels;
     hpr_status status = reflect(&e);
-    if (status != HPR_OK)
-        goto done;
-    sum_local_terms(&e, outside);
-    status = prepare(&e);
-    if (status != HPR_OK)
-        goto done;
-#pragma omp parallel for schedule(dynamic, 1) num_threads(hpr_context_threads(ctx))
-    for (size_t i = 0; i < e.patches->count; i++)
-        e.shaded[i] = e.patches->count > MAX_LAMBERT_PATCHES || !hpr_visibility_unobstructed(e.visibility, i);
-#pragma omp parallel for schedule(dynamic, 1) num_threads(hpr_context_threads(ctx))
-    for (size_t leaf = 0; leaf < e.elements->leaf_count; leaf++) {
-        if (!hpr_cancelled(ctx))
-            lose_from_leaf(&e, leaf);
+    if (status == HPR_OK) {
+        sum_local_terms(&e, outside);
+        status = sum_losses(&e, links->tree, fmax(least, part_of_links * links->link_tolerance));
     }
-    for (size_t leaf = 0; leaf < e.elements->leaf_count; leaf++) {
-        for (size_t c = 0; c < n; c++) {
-            solution->energy[c].lost_on_backs += e.lost[2 * n * leaf + c];
-            solution->energy[c].escaped += e.lost[2 * n * leaf + n + c];
-        }
-    }
-    if (hpr_cancelled(ctx))
-        status = hpr_fail(ctx, HPR_ERR_INTERRUPTED, "interrupted during the energy balance");
-done:
-    hpr_visibility_destroy(&e.visibility);
-    hpr_release(ctx, e.shaded);
-    hpr_release(ctx, e.lost);
-    hpr_release(ctx, e.reflected);
+    hpr_release(solution->context, e.reflected);
     return status;
 }

@@ -23,6 +23,7 @@ typedef struct krylov {
     int capacity;
     double *vector;   /* [capacity + 1][channels][dofs] */
     double *work;     /* [channels][dofs] */
+    double *weight;   /* [channels][dofs] of the inner product; NULL: 1 */
     arnoldi *arnoldi; /* [channels] */
 } krylov;
 
@@ -31,17 +32,18 @@ static double *vector_of(const krylov *k, int index, size_t channel)
     return k->vector + ((size_t)index * k->channels + channel) * k->dofs;
 }
 
-/* a . b in chunks whose sums are added in order, so that threads change no bit. */
-static double dot(const krylov *k, const double *a, const double *b)
+/* a . b of a channel in chunks whose sums are added in order, so that threads change no bit. */
+static double dot(const krylov *k, size_t channel, const double *a, const double *b)
 {
     enum { CHUNKS = 64 };
     double sum[CHUNKS], total = 0;
     size_t n = k->dofs, width = n / CHUNKS + 1;
+    const double *weight = k->weight ? k->weight + channel * n : NULL;
 #pragma omp parallel for num_threads(hpr_context_threads(k->r->context)) if (n > 100000)
     for (size_t chunk = 0; chunk < CHUNKS; chunk++) {
         double part = 0;
         for (size_t i = chunk * width; i < n && i < (chunk + 1) * width; i++)
-            part += a[i] * b[i];
+            part += weight ? weight[i] * a[i] * b[i] : a[i] * b[i];
         sum[chunk] = part;
     }
     for (size_t chunk = 0; chunk < CHUNKS; chunk++)
@@ -73,9 +75,9 @@ static void start(krylov *k, const double *x)
     for (size_t c = 0; c < k->channels; c++) {
         arnoldi *a = &k->arnoldi[c];
         double *first = vector_of(k, 0, c), *w = k->work + c * k->dofs;
-        a->norm = sqrt(dot(k, w, w));
+        a->norm = sqrt(dot(k, c, w, w));
         add_scaled(k, w, -1, x + c * k->dofs);
-        double norm = sqrt(dot(k, w, w));
+        double norm = sqrt(dot(k, c, w, w));
         memset(a->rest, 0, sizeof a->rest);
         a->rest[0] = norm;
         a->count = norm > 0 ? 0 : -1;
@@ -115,12 +117,12 @@ static void extend(krylov *k, int j)
         }
         scale_into(k, w, -1, w);
         add_scaled(k, w, 1, vector_of(k, j, c));
-        double before = sqrt(dot(k, w, w));
+        double before = sqrt(dot(k, c, w, w));
         for (int i = 0; i <= j; i++) {
-            a->column[j][i] = dot(k, w, vector_of(k, i, c));
+            a->column[j][i] = dot(k, c, w, vector_of(k, i, c));
             add_scaled(k, w, -a->column[j][i], vector_of(k, i, c));
         }
-        double norm = sqrt(dot(k, w, w));
+        double norm = sqrt(dot(k, c, w, w));
         a->column[j][j + 1] = norm;
         scale_into(k, next, norm > nothing * before ? 1 / norm : 0, w);
         rotate(a, j);
@@ -179,7 +181,7 @@ static bool without_bound(const krylov *k, const double *x)
     static const double bound = 1e9;
     for (size_t c = 0; c < k->channels; c++) {
         const double *d = k->r->problem->direct + c * k->dofs;
-        if (dot(k, x + c * k->dofs, x + c * k->dofs) > bound * bound * dot(k, d, d))
+        if (dot(k, c, x + c * k->dofs, x + c * k->dofs) > bound * bound * dot(k, c, d, d))
             return true;
     }
     return false;
@@ -219,6 +221,25 @@ static void iterate(krylov *k, double target, hpr_iteration *it)
     }
 }
 
+/* Each patch relative to itself: 1 / ‖x‖^2 on it. */
+static hpr_status weigh_patches(krylov *k)
+{
+    const hpr_relaxation *r = k->r;
+    const hpr_elements *e = r->elements;
+    hpr_status status =
+        hpr_allocate_into(r->context, &k->weight, k->channels * k->dofs, sizeof(double), "the solver");
+    for (size_t patch = 0; status == HPR_OK && patch < k->channels * e->patch_count; patch++) {
+        size_t own = patch % e->patch_count, first = patch / e->patch_count * k->dofs;
+        size_t begin = first + e->dof[e->patch_leaf[own]], end = first + e->dof[e->patch_leaf[own + 1]];
+        double norm2 = 0;
+        for (size_t i = begin; i < end; i++)
+            norm2 += r->problem->irradiance[i] * r->problem->irradiance[i];
+        for (size_t i = begin; i < end; i++)
+            k->weight[i] = norm2 > 0 ? 1 / norm2 : 0;
+    }
+    return status;
+}
+
 hpr_status hpr_gmres(hpr_relaxation *r, double ratio, hpr_iteration *it)
 {
     static const double rounding = 4 * DBL_EPSILON;
@@ -233,12 +254,15 @@ hpr_status hpr_gmres(hpr_relaxation *r, double ratio, hpr_iteration *it)
         status = hpr_allocate_into(ctx, &k.work, size, sizeof(double), "the solver");
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &k.arnoldi, channels, sizeof *k.arnoldi, "the solver");
+    if (status == HPR_OK && r->by_patch)
+        status = weigh_patches(&k);
     if (status == HPR_OK) {
         double room = ratio > 0 && ratio < 1 ? 1 - ratio : 1;
         iterate(&k, fmax(r->problem->tolerance * room, rounding), it);
     }
     hpr_release(ctx, k.vector);
     hpr_release(ctx, k.work);
+    hpr_release(ctx, k.weight);
     hpr_release(ctx, k.arnoldi);
     return status;
 }

@@ -17,7 +17,7 @@ hpr_iteration hpr_iterate(hpr_relaxation *r, hpr_relaxation_step *step, bool giv
 {
     /* Below this a change is rounding; a ratio this near 1 for that many sweeps is growth without end. */
     static const double rounding = 4 * DBL_EPSILON, standstill = 1e-7;
-    enum { STANDSTILL_SWEEPS = 50, TRIAL_SWEEPS = 4, MANY_SWEEPS = 30 };
+    enum { STANDSTILL_SWEEPS = 50, TRIAL_SWEEPS = 4, MANY_SWEEPS = 20 };
     hpr_linear_problem *p = r->problem;
     hpr_iteration it = {HPR_ITERATION_LIMIT, 0, 0};
     double before = 0, start = -1;
@@ -84,6 +84,38 @@ static hpr_status failure(const hpr_relaxation *r, const hpr_iteration *it)
         r->problem->sweeps, it->change);
 }
 
+/*
+ * A patch that is 1e10 times darker than others, as in a room of its own, is nothing in the norm of all: its
+ * error may be as large as itself. Where some patch has not settled, the iteration goes on with the worst
+ * patch as its measure. Patches so dark that rounding feeds them may not settle at all, which is no failure.
+ */
+static hpr_status settle_patches(hpr_relaxation *r)
+{
+    static const double least = 1e-10, part = 1e3;
+    enum { MOST_SWEEPS = 200 };
+    hpr_linear_problem *p = r->problem, rest = *p;
+    hpr_iteration it = {0};
+    rest.tolerance = fmax(least, part * p->tolerance);
+    if (!(hpr_relaxation_worst_patch(r) > rest.tolerance))
+        return HPR_OK;
+    rest.sweeps = 0;
+    rest.max_sweeps = p->max_sweeps < MOST_SWEEPS ? p->max_sweeps : MOST_SWEEPS;
+    r->problem = &rest;
+    r->by_patch = true;
+    hpr_status status = HPR_OK;
+    it = hpr_iterate(r, hpr_relaxation_sweep, true);
+    if (it.end == HPR_ITERATION_SLOW)
+        status = hpr_gmres(r, it.ratio, &it);
+    r->problem = p;
+    r->by_patch = false;
+    p->sweeps += rest.sweeps;
+    if (status == HPR_OK && it.end == HPR_ITERATION_CANCELLED)
+        status = failure(r, &it);
+    if (status == HPR_OK)
+        p->residual = hpr_relaxation_gather(r, p->irradiance, false);
+    return status;
+}
+
 hpr_status hpr_linear_solve(hpr_linear_problem *problem)
 {
     hpr_relaxation r;
@@ -96,6 +128,8 @@ hpr_status hpr_linear_solve(hpr_linear_problem *problem)
         status = failure(&r, &it);
     if (status == HPR_OK)
         problem->residual = hpr_relaxation_gather(&r, problem->irradiance, false);
+    if (status == HPR_OK)
+        status = settle_patches(&r);
     hpr_relaxation_fini(&r);
     return status;
 }

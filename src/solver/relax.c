@@ -1,7 +1,32 @@
 #include "solver/relax.h"
 
 #include <math.h>
-#include <string.h>
+#include <stdlib.h>
+
+static int compare_brightness(const void *left, const void *right)
+{
+    const hpr_bright_patch *a = left, *b = right;
+    if (a->power != b->power)
+        return a->power > b->power ? -1 : 1;
+    return a->patch < b->patch ? -1 : a->patch > b->patch;
+}
+
+/* By |rho D|, what they send first. */
+static void sort_patches(hpr_relaxation *r)
+{
+    const hpr_linear_problem *p = r->problem;
+    const hpr_elements *e = r->elements;
+    for (uint32_t patch = 0; patch < e->patch_count; patch++) {
+        double power2 = 0;
+        hpr_relaxation_reflect(r, patch, p->direct);
+        for (size_t c = 0; c < p->channel_count; c++) {
+            for (size_t i = e->dof[e->patch_leaf[patch]]; i < e->dof[e->patch_leaf[patch + 1]]; i++)
+                power2 += r->reflected[c * r->dofs + i] * r->reflected[c * r->dofs + i];
+        }
+        r->order[patch] = (hpr_bright_patch){power2, patch};
+    }
+    qsort(r->order, e->patch_count, sizeof *r->order, compare_brightness);
+}
 
 hpr_status hpr_relaxation_init(hpr_relaxation *r, hpr_linear_problem *problem)
 {
@@ -18,6 +43,10 @@ hpr_status hpr_relaxation_init(hpr_relaxation *r, hpr_linear_problem *problem)
         status = hpr_allocate_into(ctx, &r->fresh, dofs * n, sizeof(double), "the solver");
     if (status == HPR_OK)
         status = hpr_operator_create(problem->links, n, &r->op);
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &r->order, e->patch_count, sizeof *r->order, "the solver");
+    if (status == HPR_OK)
+        sort_patches(r);
     return status;
 }
 
@@ -28,6 +57,7 @@ void hpr_relaxation_fini(hpr_relaxation *r)
     hpr_release(r->context, r->change2);
     hpr_release(r->context, r->norm2);
     hpr_release(r->context, r->fresh);
+    hpr_release(r->context, r->order);
 }
 
 void hpr_relaxation_reflect(hpr_relaxation *r, size_t patch, const double *x)
@@ -89,6 +119,34 @@ static double relative_change(const hpr_relaxation *r)
         if (change2 > 0)
             worst = fmax(worst, sqrt(change2 / norm2));
     }
+    return r->by_patch ? hpr_relaxation_worst_patch(r) : worst;
+}
+
+/* The squares of one patch and channel, summed over its leaves. */
+static double patch_sum(const hpr_relaxation *r, const double *square, size_t channel, size_t patch)
+{
+    const hpr_elements *e = r->elements;
+    double sum = 0;
+    for (size_t leaf = e->patch_leaf[patch]; leaf < e->patch_leaf[patch + 1]; leaf++)
+        sum += square[channel * e->leaf_count + leaf];
+    return sum;
+}
+
+double hpr_relaxation_worst_patch(const hpr_relaxation *r)
+{
+    static const double rounding2 = 1e-26; /* beside the brightest patch: so dark is what rounding leaves */
+    const double *area = r->problem->patches->area_m2;
+    double worst = 0;
+    for (size_t c = 0; c < r->problem->channel_count; c++) {
+        double brightest = 0;
+        for (size_t patch = 0; patch < r->elements->patch_count; patch++)
+            brightest = fmax(brightest, patch_sum(r, r->norm2, c, patch) / area[patch]);
+        for (size_t patch = 0; patch < r->elements->patch_count; patch++) {
+            double norm2 = patch_sum(r, r->norm2, c, patch);
+            if (norm2 > rounding2 * brightest * area[patch])
+                worst = fmax(worst, sqrt(patch_sum(r, r->change2, c, patch) / norm2));
+        }
+    }
     return worst;
 }
 
@@ -99,7 +157,8 @@ double hpr_relaxation_sweep(hpr_relaxation *r, double *x, bool source)
         hpr_relaxation_reflect(r, patch, x);
         hpr_operator_send(r->op, patch, r->reflected);
     }
-    for (size_t patch = 0; patch < patches; patch++) {
+    for (size_t i = 0; i < patches; i++) {
+        uint32_t patch = r->order[i].patch;
         hpr_operator_receive(r->op, patch, r->fresh);
         finish_patch(r, patch, x, source, true);
         hpr_relaxation_reflect(r, patch, x);

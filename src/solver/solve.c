@@ -86,11 +86,13 @@ bool hpr_solution_lit(const hpr_solution *solution, const hpr_scene *scene)
 
 static hpr_status transport(hpr_solution *solution, const hpr_solve_options *options)
 {
-    static const double direct_tolerance = 1e-5, blocked_estimate = 1e-4, open_estimate = 1e-11;
-    const hpr_transport_demand demand = {.link_tolerance = options->link_tolerance,
-                                         .block_tolerance = options->block_tolerance,
-                                         .direct_tolerance = direct_tolerance,
-                                         .solver_tolerance = options->solver_tolerance};
+    static const double direct_tolerance = 1e-5, blocked_estimate = 1e-4, open_estimate = 1e-11,
+                        part_of_links = 1e-6; /* what links leave out no solver brings back */
+    const hpr_transport_demand demand = {
+        .link_tolerance = options->link_tolerance,
+        .block_tolerance = options->block_tolerance,
+        .direct_tolerance = direct_tolerance,
+        .solver_tolerance = fmax(options->solver_tolerance, part_of_links * options->link_tolerance)};
     hpr_transport light;
     hpr_estimate estimate = {0};
     hpr_status status = hpr_transport_solve(solution, &demand, &light);

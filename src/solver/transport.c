@@ -223,7 +223,7 @@ hpr_status hpr_transport_finish(hpr_solution *solution, const hpr_transport *t)
 {
     size_t n = solution->channel_count, dofs = solution->summary.dof_count;
     hpr_stage_begin(solution->context, "energy");
-    hpr_status status = hpr_energy_compute(solution, t->coverage, &t->mass, t->outside);
+    hpr_status status = hpr_energy_compute(solution, t->coverage, &t->mass, t->links, t->outside);
     hpr_stage_end(solution->context);
     for (size_t i = 0; status == HPR_OK && i < n * dofs; i++)
         solution->irradiance[i] -= t->direct[i % n * dofs + i / n];

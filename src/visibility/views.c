@@ -586,6 +586,13 @@ hpr_verdict hpr_views_classify(const hpr_views *views, hpr_views_cursor *cursor,
                                    blocker_count);
 }
 
+hpr_verdict hpr_views_between(const hpr_views *views, size_t p, size_t q)
+{
+    const uint32_t *list;
+    const sight it = sight_between(views, views->group[p], views->group[q], &list);
+    return it.hidden ? HPR_SEES_NOTHING : it.count ? HPR_SEES_PARTLY : HPR_SEES_WHOLLY;
+}
+
 size_t hpr_views_groups(const hpr_views *views)
 {
     return views->group_count;

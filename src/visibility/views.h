@@ -39,6 +39,13 @@ void hpr_views_cursor_destroy(hpr_views_cursor **cursor);
 hpr_verdict hpr_views_classify(const hpr_views *views, hpr_views_cursor *cursor, size_t p, size_t q,
                                uint32_t *blockers, size_t *blocker_count);
 
+/*
+ * What is known of two patches by their groups alone: HPR_SEES_NOTHING if one occluder hides them,
+ * HPR_SEES_WHOLLY if nothing can come between them (though they may face away), HPR_SEES_PARTLY if only
+ * hpr_views_classify can tell. Patches with area only. Concurrent calls allowed.
+ */
+hpr_verdict hpr_views_between(const hpr_views *views, size_t p, size_t q);
+
 /* How many groups there are, and how many entries the lists of their pairs have in all (4 bytes each; 16 more
  * per pair of groups). */
 size_t hpr_views_groups(const hpr_views *views);

@@ -252,7 +252,7 @@ static hpr_status find_dividers(hpr_visibility *visibility)
     return status;
 }
 
-hpr_status hpr_visibility_create(const hpr_patches *patches, hpr_visibility **out)
+hpr_status hpr_visibility_create_untraced(const hpr_patches *patches, hpr_visibility **out)
 {
     hpr_context *ctx = patches->context;
     *out = NULL;
@@ -278,12 +278,25 @@ hpr_status hpr_visibility_create(const hpr_patches *patches, hpr_visibility **ou
     status = set_occluders(visibility);
     if (status == HPR_OK)
         status = find_dividers(visibility);
-    if (status == HPR_OK)
-        status = hpr_rays_create(visibility, &visibility->rays);
 done:
     if (status != HPR_OK)
         hpr_visibility_destroy(&visibility);
     *out = visibility;
+    return status;
+}
+
+hpr_status hpr_visibility_prepare_rays(hpr_visibility *visibility)
+{
+    return hpr_rays_create(visibility, &visibility->rays);
+}
+
+hpr_status hpr_visibility_create(const hpr_patches *patches, hpr_visibility **out)
+{
+    hpr_status status = hpr_visibility_create_untraced(patches, out);
+    if (status == HPR_OK)
+        status = hpr_visibility_prepare_rays(*out);
+    if (status != HPR_OK)
+        hpr_visibility_destroy(out);
     return status;
 }
 
@@ -383,6 +396,11 @@ hpr_hit hpr_visibility_first_hit(const hpr_visibility *visibility, const double 
 const hpr_patches *hpr_visibility_patches(const hpr_visibility *visibility)
 {
     return visibility->patches;
+}
+
+double hpr_visibility_slack_m(const hpr_visibility *visibility)
+{
+    return visibility->slack / visibility->scale;
 }
 
 size_t hpr_visibility_occluder_count(const hpr_visibility *visibility)

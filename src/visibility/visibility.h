@@ -33,8 +33,16 @@ typedef struct hpr_facet {
 hpr_status hpr_visibility_create(const hpr_patches *patches, hpr_visibility **visibility);
 void hpr_visibility_destroy(hpr_visibility **visibility);
 
+/* The two halves of it: all but rays (hpr_visibility_blocked and hpr_visibility_first_hit), for those who may
+ * turn out to trace none, for Embree takes longer to start than a few pairs to integrate; and the rest. */
+hpr_status hpr_visibility_create_untraced(const hpr_patches *patches, hpr_visibility **visibility);
+hpr_status hpr_visibility_prepare_rays(hpr_visibility *visibility);
+
 /* The patches that it was made from. */
 const hpr_patches *hpr_visibility_patches(const hpr_visibility *visibility);
+
+/* Points nearer than this to a plane are in it. */
+double hpr_visibility_slack_m(const hpr_visibility *visibility);
 
 size_t hpr_visibility_occluder_count(const hpr_visibility *visibility);
 

@@ -365,11 +365,11 @@ static void budget_is_kept_and_said(void **state)
 {
     (void)state;
     const double gap = 0.1, low[4][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
-    const double high[4][3] = {{0, 0, gap}, {0, 1, gap}, {1, 1, gap}, {1, 0, gap}};
+    const double high[4][3] = {{0, 0, gap}, {0.2, 1, gap}, {1.2, 1, gap}, {1, 0, gap}};
     hpr_block_task task = {
         .recv = frame_of_corners(1, 4, low), .send = frame_of_corners(1, 4, high), .tolerance = 1e-9};
     hpr_block_result full = hpr_block(bench.quadrature, &task, block_a, bench.scratch);
-    task.kernel_limit = 20000;
+    task.kernel_limit = 1000000;
     hpr_block_result cut = hpr_block(bench.quadrature, &task, block_b, bench.scratch);
     double error = 0;
     for (int k = 0; k < 16; k++)
@@ -378,7 +378,7 @@ static void budget_is_kept_and_said(void **state)
                   (double)full.kernel_count, error, cut.error);
     assert_int_equal(full.status, HPR_BLOCK_WITHIN);
     assert_int_equal(cut.status, HPR_BLOCK_SHORT);
-    assert_true(cut.kernel_count < full.kernel_count / 8); /* seen: a twelfth, 16 for each rule */
+    assert_true(cut.kernel_count < full.kernel_count / 8); /* seen: a 27th, 16 for each rule */
     assert_true(error <= cut.error && cut.error < 1);
 }
 

@@ -5,6 +5,7 @@ import csv
 import json
 import math
 import os
+import stat
 import struct
 import sys
 import tempfile
@@ -230,6 +231,38 @@ def check_short(hprad, folder):
     check("written all the same", read_npy(os.path.join(folder, "short.npy"))[0] == (2, 2, 4, 4))
 
 
+def split(polygon, cells):
+    """A parallelogram in cells x cells."""
+    first, second, last = polygon[0:3], polygon[3:6], polygon[9:12]
+    for s, t in ((s, t) for t in range(cells) for s in range(cells)):
+        yield [first[k] + (a * (second[k] - first[k]) + b * (last[k] - first[k])) / cells
+               for a, b in ((s, t), (s + 1, t), (s + 1, t + 1), (s, t + 1)) for k in range(3)]
+
+
+def check_tiles(hprad, folder):
+    """The .npy file is written tile by tile, text from the whole matrix, and so is what goes into a pipe."""
+    def path(name):
+        return os.path.join(folder, name)
+    with open(path("many.vs3"), "w", encoding="ascii") as file:
+        file.write(vs3([square for face in CUBE for square in split(face, 3)], "encl=1"))
+    check("54 squares", problems(hprad("formfactors", "many.vs3", "--quiet"), 0, stdout=""))
+    check("54 squares as text", problems(hprad("formfactors", "many.vs3", "-o", "many.csv", "--quiet", "--threads", "3"), 0,
+                                         stdout=""))
+    _, flat = read_npy(path("many.npy"))
+    with open(path("many.csv"), encoding="ascii") as file:
+        rows = [tuple(map(float, line.split(","))) for line in file]
+    check("the same bits", [flat[54 * i:54 * i + 54] for i in range(54)] == rows)
+    with open(path("many.surfaces.csv"), encoding="utf-8", newline="") as file:
+        table = list(csv.DictReader(file))
+    check("row sums", all(abs(float(r["row_sum"]) - math.fsum(row)) < 1e-15 * 54 for r, row in zip(table, rows)))
+    os.mkfifo(path("pipe.npy"))
+    with hprad.start("formfactors", "many.vs3", "-o", "pipe.npy", "--quiet") as process:
+        with open(path("pipe.npy"), "rb") as pipe, open(path("many.npy"), "rb") as file:
+            check("a pipe gets the same bytes", pipe.read() == file.read())
+        process.communicate()
+        check("and is left in place", process.returncode == 0 and stat.S_ISFIFO(os.stat(path("pipe.npy")).st_mode))
+
+
 def check_gltf(hprad, folder):
     write_scene(os.path.join(folder, "plates.gltf"), plates=2)
     check("a glTF scene", problems(hprad("formfactors", "plates.gltf", "--quiet"), 0, stdout=""))
@@ -255,6 +288,7 @@ def main():
         check_refusals(hprad, folder)
         check_report(hprad, folder)
         check_short(hprad, folder)
+        check_tiles(hprad, folder)
         check_gltf(hprad, folder)
     return done()
 

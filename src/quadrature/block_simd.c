@@ -130,7 +130,9 @@ static bool outer_is_recv(const hpr_rule *rule, const hpr_group *group)
 {
     if (group->recv.count != group->send.count)
         return group->recv.count < group->send.count;
-    return rule->kind == HPR_RULE_NESTED ? rule->nested.recv_is_outer : rule->recv_is_outer;
+    if (rule->kind == HPR_RULE_NESTED)
+        return rule->nested.recv_is_outer;
+    return rule->kind != HPR_RULE_CLIPPED || rule->recv_is_outer;
 }
 
 static void add_group(void *user, const hpr_group *group)

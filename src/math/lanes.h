@@ -19,6 +19,7 @@ enum { HPR_LANES = 8 };
 #pragma GCC diagnostic ignored "-Wpsabi"
 
 typedef double hpr_lanes __attribute__((vector_size(8 * HPR_LANES)));
+typedef long long hpr_lanes_bits __attribute__((vector_size(8 * HPR_LANES)));
 
 #define HPR_LANES_BODY static inline __attribute__((always_inline))
 #define HPR_TARGET_AVX2 __attribute__((target("avx2,fma")))
@@ -38,7 +39,12 @@ HPR_LANES_BODY void hpr_lanes_store(double *to, hpr_lanes a)
 
 HPR_LANES_BODY hpr_lanes hpr_lanes_of(double a)
 {
-    return (hpr_lanes){a, a, a, a, a, a, a, a};
+    /* by way of integers: GCC 12 loads eight doubles that are the same one after the other */
+    hpr_lanes_bits whole;
+    long long bits;
+    memcpy(&bits, &a, sizeof bits);
+    whole = bits - (hpr_lanes_bits){0};
+    return (hpr_lanes)whole;
 }
 
 /* a b + c */

@@ -122,10 +122,9 @@ HPR_LANES_BODY void strip_body(const double *x, size_t x_stride, const double *y
 /* Sums of the lanes of eight at once. */
 HPR_LANES_BODY hpr_lanes sums_of(const hpr_lanes *of)
 {
-    typedef long long places __attribute__((vector_size(8 * sizeof(long long))));
-    const places even = {0, 8, 2, 10, 4, 12, 6, 14}, odd = {1, 9, 3, 11, 5, 13, 7, 15};
-    const places even2 = {0, 1, 8, 9, 4, 5, 12, 13}, odd2 = {2, 3, 10, 11, 6, 7, 14, 15};
-    const places low = {0, 1, 2, 3, 8, 9, 10, 11}, high = {4, 5, 6, 7, 12, 13, 14, 15};
+    const hpr_lanes_bits even = {0, 8, 2, 10, 4, 12, 6, 14}, odd = {1, 9, 3, 11, 5, 13, 7, 15};
+    const hpr_lanes_bits even2 = {0, 1, 8, 9, 4, 5, 12, 13}, odd2 = {2, 3, 10, 11, 6, 7, 14, 15};
+    const hpr_lanes_bits low = {0, 1, 2, 3, 8, 9, 10, 11}, high = {4, 5, 6, 7, 12, 13, 14, 15};
     hpr_lanes by_two[4], by_four[2];
 #pragma GCC unroll 4
     for (int k = 0; k < 4; k++)
@@ -183,7 +182,8 @@ HPR_LANES_BODY void moments_body(const hpr_products *p, size_t count, const doub
     }
 }
 
-/* moment of one eight of outer points; functions at most GRID_FUNCTIONS */
+/* moment of one eight of outer points; functions at most GRID_FUNCTIONS. (A single one would be fused number
+ * by number by GCC 12.) */
 HPR_LANES_BODY void grid_tile(size_t points, const hpr_lanes *kernel, const double *basis, double *moment,
                               int functions, bool fused)
 {
@@ -194,12 +194,42 @@ HPR_LANES_BODY void grid_tile(size_t points, const hpr_lanes *kernel, const doub
     for (size_t j = 0; j < points; j++) {
 #pragma GCC unroll 8
         for (int l = 0; l < functions; l++)
-            sum[l] = hpr_lanes_madd(fused, kernel[j], hpr_lanes_of(basis[(size_t)l * HPR_TABLE_POINTS + j]),
-                                    sum[l]);
+            sum[l] = hpr_lanes_madd(fused && functions > 1, kernel[j],
+                                    hpr_lanes_of(basis[(size_t)l * HPR_TABLE_POINTS + j]), sum[l]);
     }
 #pragma GCC unroll 8
     for (int l = 0; l < functions; l++)
         hpr_lanes_store(moment + (size_t)l * HPR_ROWS, sum[l]);
+}
+
+#define GRID_TILE(count)                                                                                     \
+    case count:                                                                                              \
+        grid_tile(points, kernel, basis, moment, count, fused);                                              \
+        return
+
+HPR_LANES_BODY void grid_tile_of(size_t points, const hpr_lanes *kernel, const double *basis, double *moment,
+                                 int functions, bool fused)
+{
+    switch (functions) {
+        GRID_TILE(1);
+        GRID_TILE(2);
+        GRID_TILE(3);
+        GRID_TILE(4);
+        GRID_TILE(5);
+        GRID_TILE(6);
+        GRID_TILE(7);
+        GRID_TILE(8);
+    }
+}
+
+/* |y - x|^4 of one inner point from eight outer ones */
+HPR_LANES_BODY hpr_lanes fourth_power(const hpr_points *inner, size_t at, hpr_lanes x, hpr_lanes y,
+                                      hpr_lanes z, bool fused)
+{
+    hpr_lanes dx = hpr_lanes_of(inner->x[at]) - x, dy = hpr_lanes_of(inner->y[at]) - y,
+              dz = hpr_lanes_of(inner->z[at]) - z;
+    hpr_lanes r2 = hpr_lanes_madd(fused, dx, dx, hpr_lanes_madd(fused, dy, dy, dz * dz));
+    return r2 * r2;
 }
 
 HPR_LANES_BODY void grid_body(const hpr_points *outer, size_t first, const hpr_points *inner, size_t start,
@@ -212,19 +242,23 @@ HPR_LANES_BODY void grid_body(const hpr_points *outer, size_t first, const hpr_p
         hpr_lanes x = hpr_lanes_load(outer->x + i), y = hpr_lanes_load(outer->y + i),
                   z = hpr_lanes_load(outer->z + i),
                   by = hpr_lanes_of(scale) * hpr_lanes_load(outer->weight + i);
-        for (size_t j = 0; j < points; j++) {
-            size_t at = start + j;
-            scratch->kernel[j] =
-                kernel_of(hpr_lanes_of(inner->x[at]) - x, hpr_lanes_of(inner->y[at]) - y,
-                          hpr_lanes_of(inner->z[at]) - z, by * hpr_lanes_of(inner->weight[at]), fused);
+        size_t j = 0;
+        for (; j + 1 < points; j += 2) { /* one division for two: it costs more than all else */
+            hpr_lanes a = fourth_power(inner, start + j, x, y, z, fused),
+                      b = fourth_power(inner, start + j + 1, x, y, z, fused), share = by / (a * b);
+            scratch->kernel[j] = share * b * hpr_lanes_of(inner->weight[start + j]);
+            scratch->kernel[j + 1] = share * a * hpr_lanes_of(inner->weight[start + j + 1]);
         }
-        double *to = moment + (i - first);
-        size_t l = 0;
-        for (; l + GRID_FUNCTIONS <= functions; l += GRID_FUNCTIONS)
-            grid_tile(points, scratch->kernel, basis + l * HPR_TABLE_POINTS, to + l * HPR_ROWS,
-                      GRID_FUNCTIONS, fused);
-        for (; l < functions; l++)
-            grid_tile(points, scratch->kernel, basis + l * HPR_TABLE_POINTS, to + l * HPR_ROWS, 1, fused);
+        if (j < points)
+            scratch->kernel[j] =
+                by * hpr_lanes_of(inner->weight[start + j]) / fourth_power(inner, start + j, x, y, z, fused);
+        size_t tiles = (functions + GRID_FUNCTIONS - 1) / GRID_FUNCTIONS;
+        for (size_t k = 0, done = 0; k < tiles; k++) {
+            size_t width = (functions - done) / (tiles - k);
+            grid_tile_of(points, scratch->kernel, basis + done * HPR_TABLE_POINTS,
+                         moment + (i - first) + done * HPR_ROWS, (int)width, fused);
+            done += width;
+        }
     }
 }
 
@@ -249,11 +283,51 @@ HPR_LANES_BODY void rows_body(const hpr_row_product *p, double *to, size_t to_st
     }
 }
 
+/* exp of |x| < 700: Taylor's series, after the nearest multiple of ln 2, of which the product with an integer
+ * is exact but for a small part, is taken out. Within 2 ulp. */
+HPR_LANES_BODY hpr_lanes exponential(hpr_lanes x, bool fused)
+{
+    static const double inverse_factorial[] = {1.0 / 6227020800,
+                                               1.0 / 479001600,
+                                               1.0 / 39916800,
+                                               1.0 / 3628800,
+                                               1.0 / 362880,
+                                               1.0 / 40320,
+                                               1.0 / 5040,
+                                               1.0 / 720,
+                                               1.0 / 120,
+                                               1.0 / 24,
+                                               1.0 / 6,
+                                               0.5,
+                                               1,
+                                               1};
+    static const double to_integer = 0x1.8p52, per_octave = 0x1.71547652b82fep0,
+                        octave = 0x1.62e42fee00000p-1, rest = 0x1.a39ef35793c76p-33;
+    hpr_lanes shifted = x * hpr_lanes_of(per_octave) + hpr_lanes_of(to_integer);
+    hpr_lanes n = shifted - hpr_lanes_of(to_integer);
+    hpr_lanes r = (x - n * hpr_lanes_of(octave)) - n * hpr_lanes_of(rest);
+    hpr_lanes sum = hpr_lanes_of(inverse_factorial[0]);
+#pragma GCC unroll 16
+    for (int k = 1; k < 14; k++)
+        sum = hpr_lanes_madd(fused, sum, r, hpr_lanes_of(inverse_factorial[k]));
+    return (hpr_lanes)((hpr_lanes_bits)sum + ((hpr_lanes_bits)shifted << 52));
+}
+
+HPR_LANES_BODY void hyperbolic_body(double low, double width, const double *node, size_t count, double *sine,
+                                    double *cosine, bool fused)
+{
+    for (size_t i = 0; i < count; i += HPR_LANES) {
+        hpr_lanes x = hpr_lanes_madd(fused, hpr_lanes_of(width), hpr_lanes_load(node + i), hpr_lanes_of(low));
+        hpr_lanes up = hpr_lanes_of(0.5) * exponential(x, fused), down = hpr_lanes_of(0.25) / up;
+        hpr_lanes_store(sine + i, up - down);
+        hpr_lanes_store(cosine + i, up + down);
+    }
+}
+
 HPR_LANES_BODY hpr_lanes greater(hpr_lanes a, hpr_lanes b)
 {
-    typedef long long bits __attribute__((vector_size(8 * sizeof(long long))));
-    const bits first = a > b;
-    return (hpr_lanes)(((bits)a & first) | ((bits)b & ~first));
+    const hpr_lanes_bits first = a > b;
+    return (hpr_lanes)(((hpr_lanes_bits)a & first) | ((hpr_lanes_bits)b & ~first));
 }
 
 HPR_LANES_BODY void line_body(const hpr_point_line *line, hpr_points *points, bool fused)
@@ -293,6 +367,12 @@ static void grid_sse2(const hpr_points *outer, size_t first, const hpr_points *i
     grid_body(outer, first, inner, start, scale, functions, basis, moment, scratch, false);
 }
 
+static void hyperbolic_sse2(double low, double width, const double *node, size_t count, double *sine,
+                            double *cosine)
+{
+    hyperbolic_body(low, width, node, count, sine, cosine, false);
+}
+
 static void line_sse2(const hpr_point_line *line, hpr_points *points)
 {
     line_body(line, points, false);
@@ -321,6 +401,12 @@ HPR_TARGET_AVX2 static void grid_avx2(const hpr_points *outer, size_t first, con
                                       double *moment, hpr_sums_scratch *scratch)
 {
     grid_body(outer, first, inner, start, scale, functions, basis, moment, scratch, true);
+}
+
+HPR_TARGET_AVX2 static void hyperbolic_avx2(double low, double width, const double *node, size_t count,
+                                            double *sine, double *cosine)
+{
+    hyperbolic_body(low, width, node, count, sine, cosine, true);
 }
 
 HPR_TARGET_AVX2 static void line_avx2(const hpr_point_line *line, hpr_points *points)
@@ -354,6 +440,12 @@ HPR_TARGET_AVX512 static void grid_avx512(const hpr_points *outer, size_t first,
     grid_body(outer, first, inner, start, scale, functions, basis, moment, scratch, true);
 }
 
+HPR_TARGET_AVX512 static void hyperbolic_avx512(double low, double width, const double *node, size_t count,
+                                                double *sine, double *cosine)
+{
+    hyperbolic_body(low, width, node, count, sine, cosine, true);
+}
+
 HPR_TARGET_AVX512 static void line_avx512(const hpr_point_line *line, hpr_points *points)
 {
     line_body(line, points, true);
@@ -368,8 +460,9 @@ HPR_TARGET_AVX512 static void rows_avx512(const hpr_row_product *product, double
 const hpr_sums *hpr_sums_of(hpr_isa isa)
 {
     static const hpr_sums sums[] = {
-        [HPR_ISA_SSE2] = {kernel_sse2, moments_sse2, grid_sse2, rows_sse2, line_sse2},
-        [HPR_ISA_AVX2] = {kernel_avx2, moments_avx2, grid_avx2, rows_avx2, line_avx2},
-        [HPR_ISA_AVX512] = {kernel_avx512, moments_avx512, grid_avx512, rows_avx512, line_avx512}};
+        [HPR_ISA_SSE2] = {kernel_sse2, moments_sse2, grid_sse2, rows_sse2, line_sse2, hyperbolic_sse2},
+        [HPR_ISA_AVX2] = {kernel_avx2, moments_avx2, grid_avx2, rows_avx2, line_avx2, hyperbolic_avx2},
+        [HPR_ISA_AVX512] = {kernel_avx512, moments_avx512, grid_avx512, rows_avx512, line_avx512,
+                            hyperbolic_avx512}};
     return &sums[isa];
 }

@@ -90,13 +90,6 @@ static void add_points(const view *v, const ray *ray, const ray_points *of)
     hpr_sums_of(polar->group->isa)->line(&line, polar->points);
 }
 
-/* Zeroes an array of HPR_NODES_MAX from `count` to the end of the last eight. */
-static void fill_up(double *of, int count)
-{
-    for (size_t k = (size_t)count; k < hpr_lanes_padded((size_t)count); k++)
-        of[k] = 0;
-}
-
 /* A triangle from y0 to an edge, and the part of it between two directions, by sigma. */
 typedef struct sector {
     hpr_vec3 normal, along; /* from y0 to the edge's line, along the edge */
@@ -113,29 +106,41 @@ typedef struct steps {
     double part[HPR_NODES_MAX], weight[HPR_NODES_MAX]; /* weight: of part dpart */
 } steps;
 
+/* sinh and cosh at the nodes of a panel, up to the end of the last eight. */
+typedef struct hyperbola {
+    double sine[HPR_NODES_MAX], cosine[HPR_NODES_MAX];
+} hyperbola;
+
+static void hyperbola_at(const hpr_polar *polar, double low, double width, int nodes, hyperbola *at)
+{
+    hpr_sums_of(polar->group->isa)
+        ->hyperbolic(low, width, polar->gauss->legendre[nodes].node, (size_t)nodes, at->sine, at->cosine);
+}
+
 static void make_steps(const hpr_polar *polar, steps *st)
 {
-    const hpr_gauss_rule *gauss = &polar->gauss->legendre[st->nodes];
-    for (int j = 0; j < st->nodes; j++) {
-        double sine = sinh(st->low + st->width * gauss->node[j]);
-        st->part[j] = sine / st->top;
-        st->weight[j] = gauss->weight[j] * st->width * st->part[j] * sqrt(1 + sine * sine) / st->top;
+    hyperbola at;
+    hyperbola_at(polar, st->low, st->width, st->nodes, &at);
+    const double *weight = polar->gauss->legendre[st->nodes].weight, down = 1 / st->top;
+    for (size_t j = 0; j < hpr_lanes_padded((size_t)st->nodes); j++) {
+        st->part[j] = at.sine[j] * down;
+        st->weight[j] = weight[j] * (st->width * down) * st->part[j] * at.cosine[j];
     }
-    fill_up(st->part, st->nodes);
-    fill_up(st->weight, st->nodes);
 }
 
 static void add_panel(const view *v, const sector *sec, const steps *st)
 {
     const hpr_polar *polar = v->polar;
-    const hpr_gauss_rule *gauss = &polar->gauss->legendre[sec->nodes];
+    const double *weight = polar->gauss->legendre[sec->nodes].weight;
+    hyperbola at;
     if (polar->points->count + sec->nodes * st->nodes > HPR_POINTS_MAX)
         flush(polar);
+    hyperbola_at(polar, sec->low, sec->width, sec->nodes, &at);
     for (int i = 0; i < sec->nodes; i++) {
-        double sigma = sec->low + sec->width * gauss->node[i], cosine = cosh(sigma);
-        ray ray = make_ray(polar, hpr_madd(hpr_scale(sec->normal, 1 / cosine), tanh(sigma), sec->along));
-        double reach = sec->distance * cosine;
-        double factor = sec->width * gauss->weight[i] / cosine * reach * reach / polar->jacobian;
+        double inverse = 1 / at.cosine[i], reach = sec->distance * at.cosine[i];
+        ray ray =
+            make_ray(polar, hpr_madd(hpr_scale(sec->normal, inverse), at.sine[i] * inverse, sec->along));
+        double factor = sec->width * weight[i] * inverse * reach * reach / polar->jacobian;
         add_points(v, &ray, &(ray_points){st->nodes, reach, factor, st->part, st->weight});
     }
 }
@@ -262,18 +267,14 @@ static void add_part(const view *v, const ray *along, double begin, double end, 
         add_part(v, along, begin, end, low + width / 2, width / 2);
         return;
     }
-    const hpr_gauss_rule *gauss = &polar->gauss->legendre[nodes];
     if (polar->points->count + nodes > HPR_POINTS_MAX)
         flush(polar);
-    double part[HPR_NODES_MAX], weight[HPR_NODES_MAX];
-    for (int i = 0; i < nodes; i++) {
-        double sine = sinh(low + width * gauss->node[i]);
-        part[i] = sine;
-        weight[i] = gauss->weight[i] * sqrt(1 + sine * sine);
-    }
-    fill_up(part, nodes);
-    fill_up(weight, nodes);
-    add_points(v, along, &(ray_points){nodes, distance, width * distance / polar->jacobian, part, weight});
+    hyperbola at;
+    hyperbola_at(polar, low, width, nodes, &at);
+    for (size_t i = 0; i < hpr_lanes_padded((size_t)nodes); i++)
+        at.cosine[i] *= polar->gauss->legendre[nodes].weight[i];
+    add_points(v, along,
+               &(ray_points){nodes, distance, width * distance / polar->jacobian, at.sine, at.cosine});
 }
 
 static void segment_points(const hpr_polar *polar, hpr_vec3 x)

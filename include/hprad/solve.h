@@ -169,12 +169,13 @@ typedef struct hpr_solve_summary {
 HPR_API hpr_status hpr_solve(hpr_context *context, const hpr_scene *scene, const hpr_solve_options *options,
                              hpr_solution **solution);
 
-/** An element that a step of a solve with a tolerance refines. */
+/** What a step of a solve with a tolerance puts in the place of an element. */
 typedef struct hpr_refinement {
-    uint32_t step;    /**< after which of the solves, from 1 */
-    uint32_t leaf;    /**< the element's number in that solve */
-    uint8_t raise;    /**< 1: its degree rises by one; else it is halved */
-    uint8_t halve[2]; /**< 1: along s, along t; a triangle or quadrilateral once, whatever stands here */
+    uint32_t step; /**< after which of the solves, from 1 */
+    uint32_t leaf; /**< the element's number in that solve */
+    uint8_t
+        halve[2]; /**< 1: halved along s, along t; a triangle or quadrilateral once, whatever stands here */
+    uint8_t degree[4]; /**< of what takes its place, in the order of the new numbers: itself, or its parts */
 } hpr_refinement;
 
 /**

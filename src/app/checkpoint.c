@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { VERSION = 1, FIELDS = 5 /* of a refinement */ };
+enum { VERSION = 2, FIELDS = 8 /* of a refinement */ };
 
 static void note(cJSON *made_of, const char *name, double value, bool *ok)
 {
@@ -91,16 +91,18 @@ static hpr_status compare(const hpr_checkpoint *checkpoint, const char *path, co
 
 static bool take_refinement(const cJSON *item, hpr_refinement *refinement)
 {
-    static const double most[FIELDS] = {UINT32_MAX, UINT32_MAX, 1, 1, 1};
+    static const double most[FIELDS] = {UINT32_MAX,    UINT32_MAX,   1, 1, HPR_MAX_ORDER, HPR_MAX_ORDER,
+                                        HPR_MAX_ORDER, HPR_MAX_ORDER};
     size_t value[FIELDS];
     bool good = cJSON_IsArray(item) && cJSON_GetArraySize(item) == FIELDS;
     for (int i = 0; good && i < FIELDS; i++)
         good = hpr_json_read_size(cJSON_GetArrayItem(item, i), most[i], value + i);
     if (good)
-        *refinement = (hpr_refinement){.step = (uint32_t)value[0],
-                                       .leaf = (uint32_t)value[1],
-                                       .raise = (uint8_t)value[2],
-                                       .halve = {(uint8_t)value[3], (uint8_t)value[4]}};
+        *refinement = (hpr_refinement){
+            .step = (uint32_t)value[0],
+            .leaf = (uint32_t)value[1],
+            .halve = {(uint8_t)value[2], (uint8_t)value[3]},
+            .degree = {(uint8_t)value[4], (uint8_t)value[5], (uint8_t)value[6], (uint8_t)value[7]}};
     return good;
 }
 
@@ -156,7 +158,8 @@ hpr_status hpr_checkpoint_write(void *user, const hpr_refinement *refinement, si
     cJSON *list = hpr_json_array(root, "refinements", &ok);
     for (size_t i = 0; i < count && ok; i++) {
         const hpr_refinement *r = refinement + i;
-        const double value[FIELDS] = {r->step, r->leaf, r->raise, r->halve[0], r->halve[1]};
+        const double value[FIELDS] = {r->step,      r->leaf,      r->halve[0],  r->halve[1],
+                                      r->degree[0], r->degree[1], r->degree[2], r->degree[3]};
         cJSON *item = hpr_json_array(list, NULL, &ok);
         for (int k = 0; k < FIELDS; k++)
             hpr_json_number(item, NULL, value[k], &ok);

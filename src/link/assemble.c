@@ -222,7 +222,7 @@ static hpr_blocked_load estimate_load(assembly *a, double tolerance)
                               .asked = tolerance};
 }
 
-static void choose_tolerances(assembly *a, double tolerance)
+static void choose_tolerances(assembly *a, double tolerance, double blocked_tolerance)
 {
     static const double part_of_links = 0.1; /* of what links leave out anyway */
     hpr_links *links = a->links;
@@ -230,7 +230,7 @@ static void choose_tolerances(assembly *a, double tolerance)
     double least = tolerance > 0 ? tolerance : part_of_links * links->link_tolerance;
     a->blocked = hpr_blocked_plan(&load);
     if (a->blocked.tolerance > 0)
-        a->blocked.tolerance = fmax(a->blocked.tolerance, least);
+        a->blocked.tolerance = fmax(fmax(a->blocked.tolerance, least), blocked_tolerance);
     links->tolerance =
         tolerance > 0 ? tolerance : fmax(links->occluded ? a->blocked.open_tolerance : 1e-13, least);
     links->blocked_tolerance = links->occluded ? a->blocked.tolerance : 0;
@@ -553,7 +553,7 @@ hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *
     if (status == HPR_OK)
         status = make_links(&a, demand);
     if (status == HPR_OK && !demand->counted) {
-        choose_tolerances(&a, demand->block_tolerance);
+        choose_tolerances(&a, demand->block_tolerance, demand->blocked_tolerance);
         integrate_all(&a);
         sum_notes(a.links);
         if (hpr_cancelled(ctx))

@@ -20,7 +20,7 @@ typedef struct projection {
     const hpr_patches *patches;
     const hpr_elements *elements;
     hpr_quadrature *quadrature;
-    double tolerance;
+    double open_tolerance, blocked_tolerance;
     double *moment;
 } projection;
 
@@ -94,15 +94,15 @@ static hpr_block_result integrate(const projection *p, worker *w, const hpr_bloc
 
 static void add_emitter(const projection *p, worker *w, size_t leaf, size_t k)
 {
-    static const double unblocked = 1e-12;
     hpr_sight sight = hpr_direct_sight(p->direct, leaf, k);
     if (sight.verdict == HPR_SEES_NOTHING)
         return;
+    double tolerance = sight.blocker_count ? p->blocked_tolerance : p->open_tolerance;
     hpr_emitter emitter = hpr_direct_emitter(p->direct, k);
     hpr_block_task task = {.recv = hpr_leaf_frame(p->patches, p->elements, leaf),
                            .send = emitter_frame(&emitter),
-                           .tolerance = sight.blocker_count ? p->tolerance : unblocked,
-                           .negligible = sight.blocker_count ? p->tolerance : unblocked,
+                           .tolerance = tolerance,
+                           .negligible = tolerance,
                            .contact_m = p->patches->weld_m,
                            .visibility = hpr_direct_visibility(p->direct),
                            .blockers = sight.blockers,
@@ -138,8 +138,8 @@ static void project_all(const projection *p, worker *workers, hpr_context *ctx)
 }
 
 hpr_status hpr_direct_moments(const hpr_direct *direct, const hpr_coverage *coverage,
-                              const hpr_elements *elements, double tolerance, double *moment,
-                              size_t *short_count)
+                              const hpr_elements *elements, double open_tolerance, double blocked_tolerance,
+                              double *moment, size_t *short_count)
 {
     const hpr_patches *patches = hpr_coverage_patches(coverage);
     hpr_context *ctx = patches->context;
@@ -149,7 +149,8 @@ hpr_status hpr_direct_moments(const hpr_direct *direct, const hpr_coverage *cove
                     .coverage = coverage,
                     .patches = patches,
                     .elements = elements,
-                    .tolerance = tolerance,
+                    .open_tolerance = open_tolerance,
+                    .blocked_tolerance = blocked_tolerance,
                     .moment = moment};
     hpr_status status = hpr_quadrature_create(ctx, &p.quadrature);
     if (status == HPR_OK)

@@ -47,13 +47,14 @@ typedef struct hpr_links {
 
 /* What the operator has to satisfy. */
 typedef struct hpr_links_demand {
-    double link_tolerance;  /* 0: chosen */
-    double block_tolerance; /* relative, per block; 0: chosen */
-    const hpr_links *known; /* the links of these trees before some leaves were refined, with the same
-                               tolerances; their blocks are taken over where they still serve. NULL: none */
-    bool constant;          /* links carry constants only, on all levels */
-    bool counted;           /* find the links, integrate nothing: block and row_link stay NULL */
-    const bool *sends;      /* [patches] does it reflect or emit? Pairs of which none does have no link. */
+    double link_tolerance;    /* 0: chosen */
+    double block_tolerance;   /* relative, per block; 0: chosen */
+    double blocked_tolerance; /* of those that something obstructs; 0: like the others */
+    const hpr_links *known;   /* the links of these trees before some leaves were refined, with the same
+                                 tolerances; their blocks are taken over where they still serve. NULL: none */
+    bool constant;            /* links carry constants only, on all levels */
+    bool counted;             /* find the links, integrate nothing: block and row_link stay NULL */
+    const bool *sends;        /* [patches] does it reflect or emit? Pairs of which none does have no link. */
 } hpr_links_demand;
 
 /*

@@ -1,5 +1,6 @@
 #include "quadrature/block.h"
 
+#include "quadrature/aligned.h"
 #include "quadrature/evaluation.h"
 #include "quadrature/flat.h"
 #include "quadrature/homothety.h"
@@ -25,6 +26,11 @@ void hpr_quadrature_destroy(hpr_quadrature **quadrature)
     *quadrature = NULL;
 }
 
+static size_t larger(size_t a, size_t b)
+{
+    return a > b ? a : b;
+}
+
 /* Where the scratch keeps an array that grows with the number of functions, and its size in doubles. */
 typedef struct room {
     size_t member, size;
@@ -37,7 +43,8 @@ typedef struct room {
 
 hpr_status hpr_block_scratch_create_for(hpr_context *ctx, int degree, hpr_block_scratch **scratch)
 {
-    const size_t n = (size_t)(degree + 1) * (size_t)(degree + 1), parallel = hpr_parallel_scratch(degree);
+    const size_t n = (size_t)(degree + 1) * (size_t)(degree + 1);
+    const size_t relative = larger(hpr_parallel_scratch(degree), hpr_aligned_scratch(degree));
     const room rooms[] = {
         ROOM(moments.basis, n * HPR_TABLE_POINTS),
         ROOM(outer_basis, n * HPR_ROWS),
@@ -51,7 +58,7 @@ hpr_status hpr_block_scratch_create_for(hpr_context *ctx, int degree, hpr_block_
         ROOM(inside[0], n * n),
         ROOM(inside[1], n * n),
         ROOM(part, n * n),
-        ROOM(matrices, 3 * n * n > parallel ? 3 * n * n : parallel),
+        ROOM(matrices, larger(3 * n * n, relative)),
     };
     const size_t count = sizeof rooms / sizeof *rooms;
     size_t size = 0;
@@ -168,6 +175,9 @@ static void add_rule(void *user, const hpr_rule *chosen)
         e->result->kernel_count +=
             hpr_parallel_add(e->quadrature->gauss, e->pair, &rule->parallel, rule->tolerance,
                              &e->scratch->points, e->scratch->part, e->scratch->matrices);
+    else if (rule->kind == HPR_RULE_ALIGNED)
+        e->complete &= hpr_aligned_add(e->quadrature->gauss, e->pair, &rule->aligned, rule->tolerance,
+                                       e->scratch->part, e->scratch->matrices, &e->result->kernel_count);
     else
         hpr_rule_points(e->quadrature->gauss, e->pair, rule, &e->scratch->points, e->by->add_group, e);
     e->by->end_rule(e);
@@ -332,6 +342,7 @@ static hpr_block_result integrate(const hpr_evaluator *by, const hpr_quadrature 
                         .n_send = hpr_basis_count(task->send.shape, task->send.degree),
                         .block = block,
                         .scratch = scratch,
+                        .complete = true,
                         .result = &result};
     size_t count = e.n_recv * e.n_send;
     memset(block, 0, count * sizeof *block);
@@ -358,7 +369,7 @@ static hpr_block_result integrate(const hpr_evaluator *by, const hpr_quadrature 
     if (result.seen)
         error = estimate_of(&e, &outcome, factor, exchange);
     result.error = error.quadrature + error.rounding;
-    result.status = status_of(&e, &error, !outcome.stopped_short && !e.spent);
+    result.status = status_of(&e, &error, e.complete && !outcome.stopped_short && !e.spent);
     result.clip_count = outcome.clip_count;
     return result;
 }

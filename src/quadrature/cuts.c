@@ -12,12 +12,24 @@ double hpr_polygon_area(const hpr_polygon *p)
     return fabs(area) / 2;
 }
 
+/* A corner on the line but for rounding counts as on it: else the cut would leave two corners in one place,
+ * and the edge between them any direction. */
+static double side_of(const hpr_affine *f, const double corner[2], double most)
+{
+    static const double rounding = 1e-12;
+    double value = hpr_affine_at(f, corner[0], corner[1]);
+    return fabs(value) > rounding * most ? value : 0;
+}
+
 hpr_polygon hpr_polygon_half(const hpr_polygon *polygon, const hpr_affine *f, double sign)
 {
     hpr_polygon half = {0};
+    double most = 0;
+    for (int i = 0; i < polygon->count; i++)
+        most = fmax(most, fabs(hpr_affine_at(f, polygon->corner[i][0], polygon->corner[i][1])));
     for (int i = 0; i < polygon->count; i++) {
         const double *a = polygon->corner[i], *b = polygon->corner[(i + 1) % polygon->count];
-        double fa = sign * hpr_affine_at(f, a[0], a[1]), fb = sign * hpr_affine_at(f, b[0], b[1]);
+        double fa = sign * side_of(f, a, most), fb = sign * side_of(f, b, most);
         if (fa >= 0 && half.count < HPR_POLYGON_MAX)
             memcpy(half.corner[half.count++], a, sizeof half.corner[0]);
         if (fa * fb < 0 && half.count < HPR_POLYGON_MAX) {

@@ -66,8 +66,9 @@ struct hpr_evaluation {
     /* of the block's sum and of those that homotheties are to be applied to: estimated error, and the sum of
      * what the rules contribute at most to an entry */
     double error[3], size[3];
-    bool sampled; /* visibility, by rays */
-    bool spent;   /* the budget of evaluations */
+    bool sampled;  /* visibility, by rays */
+    bool spent;    /* the budget of evaluations */
+    bool complete; /* no rule stopped short */
     hpr_block_scratch *scratch;
     hpr_block_result *result;
     const hpr_rule *rule; /* the one whose points are added */

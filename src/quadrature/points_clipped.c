@@ -8,7 +8,7 @@
 #include "quadrature/lanes_sums.h"
 #include "quadrature/rule.h"
 
-enum { MAX_HALVINGS = 16, CAP = 8 };
+enum { MAX_HALVINGS = 48, CAP = 8 };
 
 typedef struct fan {
     const hpr_gauss_table *gauss;

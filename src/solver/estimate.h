@@ -7,6 +7,8 @@
 
 typedef struct hpr_estimate {
     hpr_context *context;
+    double *indirect;         /* [dofs][channels] what the basis carries */
+    double *norm2;            /* [channels] square of the norm of the whole H */
     hpr_indicator *indicator; /* [leaf_count] where it comes from */
     double indicated;         /* root of the sum of the indicator's error2 */
 } hpr_estimate;

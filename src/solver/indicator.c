@@ -40,40 +40,81 @@ static void add_channel(hpr_shape shape, const double *coefficient, size_t count
     }
 }
 
-/* Of a constant there is one band only. */
-static double last_bands(const bands *b, int axis)
+/* From one band to the next, or, where there is next to nothing in that, half of the way from the one before.
+ */
+static double ratio(const double *square, int band)
 {
-    if (b->degree == 0)
-        return b->square[axis][0];
-    return b->square[axis][b->degree] + b->square[axis][b->degree - 1];
+    static const double of_mean = 0.1; /* of the square of the mean, that counts like a band before band 2 */
+    double last = square[band], before = square[band - 1];
+    if (!(last > 0))
+        return 0;
+    if (before >= last)
+        return sqrt(last / before);
+    double far = band < 2 ? 0 : square[band - 2] * (band == 2 ? of_mean : 1);
+    return far > last ? sqrt(sqrt(last / far)) : 1;
 }
 
-/* The factor from band to band. Band 0 tells nothing of it: it is the mean. */
+/* The factor from band to band; a function that is even or odd is not to deceive. */
 static double fall(const double *square, int degree)
 {
-    static const double slowest = 0.85, fastest = 0.02;
+    static const double slowest = 0.85, fastest = 0.02, unknown = 0.5;
+    double q;
     if (degree < 2)
-        return slowest;
-    int bands = degree >= 4 ? 2 : 1; /* in each of two groups */
-    double last = 0, before = 0;
-    for (int k = 0; k < bands; k++) {
-        last += square[degree - k];
-        before += square[degree - bands - k];
+        return unknown;
+    if (degree == 2)
+        q = ratio(square, 2);
+    else if (degree == 3)
+        q = fmax(ratio(square, 3), ratio(square, 2));
+    else {
+        double last = square[degree] + square[degree - 1], before = square[degree - 2] + square[degree - 3];
+        q = before > 0 ? sqrt(sqrt(last / before)) : last > 0 ? slowest : fastest;
     }
-    if (!(before > 0))
-        return last > 0 ? slowest : fastest;
-    return fmin(fmax(pow(last / before, 0.5 / bands), fastest), slowest);
+    return fmin(fmax(q, fastest), slowest);
 }
 
-/* What follows the last two bands, relative to their sum: sum_{m>p} q^2m / (q^2p + q^2(p-1)). */
-static double tail(double q)
+/* The square of what follows the last band. From two bands of a fall q it is their sum times
+ * sum_{m>p} q^2m / (q^2p + q^2(p-1)); a constant and a slope tell little of it. */
+static double tail(const bands *b, int axis, double q)
 {
+    static const double of_mean = 0.1, of_slope = 0.2, least = 0.002;
+    const double *square = b->square[axis];
+    if (b->degree == 0)
+        return of_mean * square[0];
+    if (b->degree == 1)
+        return of_slope * square[1] + least * square[0];
     double q4 = q * q * q * q;
-    return q4 / (1 - q4);
+    return q4 / (1 - q4) * (square[b->degree] + square[b->degree - 1]);
+}
+
+/*
+ * What an element does not send of the light that comes straight from lamps. Of low degree it leaves out much
+ * of it, and what it leaves out of a mean or a slope is seen by all that it sends to; from degree 2 on that
+ * is the product of two small things, and no residual at points shows it (solver/residual.h), so that it has
+ * to be told here. Square of the norm, of H.
+ */
+static double unsent(const hpr_solution *solution, const double *direct, const double *norm2, size_t leaf)
+{
+    static const double part[2] = {0.3, 0.2}; /* of it that arrives, of degree 0 and 1 */
+    const hpr_elements *e = solution->elements;
+    const hpr_patches *patches = solution->patches;
+    size_t n = solution->channel_count, dofs = e->dof[e->leaf_count], first = e->dof[leaf];
+    size_t node = e->leaf[leaf], patch = e->patch[node];
+    hpr_shape shape = (hpr_shape)patches->shape[patch];
+    int degree = e->degree[node];
+    double sum = 0;
+    for (size_t c = 0; degree < 2 && c < n; c++) {
+        bands b = {.degree = degree};
+        double rho = part[degree] * patches->reflectance[n * patch + c];
+        add_channel(shape, direct + c * dofs + first, e->dof[leaf + 1] - first, 1,
+                    norm2[c] > 0 ? 1 / norm2[c] : 0, &b);
+        for (int axis = 0; axis < axes(shape); axis++)
+            sum += rho * rho * tail(&b, axis, 1) / axes(shape);
+    }
+    return sum;
 }
 
 void hpr_indicate(const hpr_solution *solution, const hpr_coverage *coverage, const double *indirect,
-                  const double *norm2, hpr_indicator *indicator)
+                  const double *direct, const double *norm2, hpr_indicator *indicator)
 {
     const hpr_elements *e = solution->elements;
     size_t n = solution->channel_count;
@@ -86,10 +127,10 @@ void hpr_indicate(const hpr_solution *solution, const hpr_coverage *coverage, co
         for (size_t c = 0; c < n; c++)
             add_channel(shape, indirect + n * e->dof[leaf] + c, count, n, norm2[c] > 0 ? 1 / norm2[c] : 0,
                         &all);
-        indicator[leaf] = (hpr_indicator){{0, 0}, {0, 0}};
+        indicator[leaf] = (hpr_indicator){.unsent2 = open * unsent(solution, direct, norm2, leaf)};
         for (int axis = 0; axis < axes(shape); axis++) {
             double q = indicator[leaf].ratio[axis] = fall(all.square[axis], all.degree);
-            indicator[leaf].error2[axis] = open * tail(q) * last_bands(&all, axis);
+            indicator[leaf].error2[axis] = open * tail(&all, axis, q);
         }
     }
 }

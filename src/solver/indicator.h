@@ -14,14 +14,15 @@
 typedef struct hpr_indicator {
     double error2[2]; /* square of what is left out along each axis of a parallelogram; else [0] */
     double ratio[2];  /* q, 0 .. 1, of each */
+    double unsent2;   /* square of what others do not get of the direct light here */
 } hpr_indicator;
 
 /*
- * indirect: [dofs][channels] coefficients of what the basis carries; norm2 [channels] square of the norm of
- * H: error2 is relative to it, summed over channels. indicator [leaf_count]. Below degree 2 the coefficients
- * tell little: error2 then is an upper bound.
+ * indirect: [dofs][channels] coefficients of what the basis carries, direct: [channels][dofs] of the rest;
+ * norm2 [channels] square of the norm of H: error2 is relative to it, summed over channels. indicator
+ * [leaf_count]. Below degree 2 the coefficients tell little: error2 then is an upper bound.
  */
 void hpr_indicate(const hpr_solution *solution, const hpr_coverage *coverage, const double *indirect,
-                  const double *norm2, hpr_indicator *indicator);
+                  const double *direct, const double *norm2, hpr_indicator *indicator);
 
 #endif

@@ -17,6 +17,7 @@ typedef struct measuring {
     size_t count;
     hpr_spot *spot;     /* [count] */
     double *weight;     /* [count] 1 / density, square metres */
+    double *part;       /* [count] of all points that the leaf has */
     double *irradiance; /* [count][channels] H~ - D, and then (H~ - H)2 / density / norm2 */
 } measuring;
 
@@ -29,15 +30,21 @@ static double part_of(const hpr_elements *e, double area, double error2, const h
     return error2 > 0 ? by_area * even + (1 - by_area) * here / error2 : even;
 }
 
-/* The k-th of the points of a leaf: a lattice with a shift of its own. Source: Roberts 2018 (R2). */
-static hpr_spot place(const hpr_solution *solution, size_t leaf, size_t k)
+/* The k-th of the points of a leaf: a lattice with a shift of its own (Source: Roberts 2018, R2), denser to
+ * the rim like 1 / sqrt(s (1-s)): there polynomials leave out most, so that all points count about as much.
+ * *thinness: 1 / density, relative to even points. */
+static hpr_spot place(const hpr_solution *solution, size_t leaf, size_t k, double *thinness)
 {
+    static const double half_pi = 1.57079632679489661923;
     static const double step[2] = {0.75487766624669276, 0.56984029099805327};
     const hpr_element_frame frame = hpr_leaf_frame(solution->patches, solution->elements, leaf);
     double at[2], point[2];
+    *thinness = 1;
     for (size_t i = 0; i < 2; i++) {
         at[i] = hpr_hash_unit(2 * leaf + i + 1) + (double)(k + 1) * step[i];
-        at[i] -= floor(at[i]);
+        double angle = half_pi * (at[i] - floor(at[i]));
+        at[i] = sin(angle) * sin(angle);
+        *thinness *= half_pi * sin(2 * angle);
     }
     hpr_shape_uniform(frame.shape, frame.opposite, at[0], at[1], point);
     return (hpr_spot){leaf, point[0], point[1]};
@@ -59,8 +66,10 @@ static void choose_spots(measuring *m)
         bool last = leaf + 1 == e->leaf_count;
         for (size_t k = 0; next < m->count && (last || ((double)next + 0.5) / (double)m->count < passed);
              k++) {
-            m->spot[next] = place(m->solution, leaf, k);
-            m->weight[next++] = e->area_m2[e->leaf[leaf]] / part;
+            double thinness;
+            m->spot[next] = place(m->solution, leaf, k, &thinness);
+            m->weight[next] = thinness * e->area_m2[e->leaf[leaf]] / part;
+            m->part[next++] = part;
         }
     }
 }
@@ -167,11 +176,11 @@ static hpr_residual sum_up(const measuring *m)
     return worst;
 }
 
-/* The mean of the squares at a leaf's points is an estimate of what it leaves out, if there are some. */
+/* The mean of the squares at a leaf's points is an estimate of what it leaves out; so is the indicator, which
+ * counts as much as a few of them. */
 static void correct_indicator(const measuring *m)
 {
-    enum { ENOUGH = 4 };
-    const hpr_elements *e = m->solution->elements;
+    static const double told_points = 2, least = 0.1;
     size_t n = m->solution->channel_count;
     for (size_t first = 0, end; first < m->count; first = end) {
         size_t leaf = m->spot[first].leaf;
@@ -180,14 +189,14 @@ static void correct_indicator(const measuring *m)
             for (size_t c = 0; c < n; c++)
                 sum += m->irradiance[n * end + c];
         }
-        if (end - first < ENOUGH)
-            continue;
-        double area = e->area_m2[e->leaf[leaf]],
-               error2 = sum * area / (m->weight[first] * (double)(end - first));
+        double points = (double)(end - first), error2 = sum * m->part[first] / points;
         hpr_indicator *it = &m->indicator[leaf];
-        double told = it->error2[0] + it->error2[1], factor = told > 0 ? error2 / told : 1;
-        for (int axis = 0; axis < 2; axis++)
-            it->error2[axis] *= fmax(factor, 1);
+        double told = it->error2[0] + it->error2[1];
+        error2 = (points * error2 + told_points * told) / (points + told_points);
+        if (!(told > 0))
+            it->error2[0] = it->error2[1] = error2 / 2;
+        for (int axis = 0; axis < 2 && told > 0; axis++)
+            it->error2[axis] *= fmax(error2 / told, least);
     }
 }
 
@@ -206,6 +215,8 @@ hpr_status hpr_residual_measure(const hpr_solution *solution, const hpr_transpor
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &m.weight, count, sizeof(double), "the error estimate");
     if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &m.part, count, sizeof(double), "the error estimate");
+    if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &m.irradiance, count * solution->channel_count, sizeof(double),
                                    "the error estimate");
     if (status == HPR_OK) {
@@ -221,6 +232,7 @@ hpr_status hpr_residual_measure(const hpr_solution *solution, const hpr_transpor
     }
     hpr_release(ctx, m.spot);
     hpr_release(ctx, m.weight);
+    hpr_release(ctx, m.part);
     hpr_release(ctx, m.irradiance);
     return status;
 }

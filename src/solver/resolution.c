@@ -2,6 +2,8 @@
 
 #include "basis/basis.h"
 
+#include <math.h>
+
 double hpr_resolution_dofs(const hpr_patches *patches, int order, int subdivide)
 {
     double dofs = 0;
@@ -58,11 +60,21 @@ bool hpr_resolution_choose(const hpr_patches *patches, hpr_solve_options *option
     return full || sized;
 }
 
+/* Halving alone keeps the degree. Else it begins as low as may suffice: what is met with more than that is
+ * overshot; many patches meet at edges and shadow each other, and want more. */
+static int begin_order(const hpr_patches *patches, const hpr_solve_options *options)
+{
+    enum { FINE = 4, COARSE = 2, FEW_PATCHES = 8, MANY = 2 };
+    if (options->refine == HPR_REFINE_H)
+        return hpr_resolution_dofs(patches, FINE, 0) <= HPR_RESOLUTION_DOFS ? FINE : COARSE;
+    double digits = ceil(-log10(options->tolerance) - 1e-9);
+    return (int)fmin(fmax(digits - 1, 0) + (patches->count > FEW_PATCHES ? MANY : 0), FINE);
+}
+
 void hpr_resolution_begin(const hpr_patches *patches, hpr_solve_options *options)
 {
-    enum { FINE = 4, COARSE = 2 };
     if (options->order == HPR_CHOOSE)
-        options->order = hpr_resolution_dofs(patches, FINE, 0) <= HPR_RESOLUTION_DOFS ? FINE : COARSE;
+        options->order = begin_order(patches, options);
     if (options->subdivide == HPR_CHOOSE)
         options->subdivide = 0;
     if (options->feet == HPR_CHOOSE)

@@ -86,12 +86,14 @@ bool hpr_solution_lit(const hpr_solution *solution, const hpr_scene *scene)
 
 static hpr_status transport(hpr_solution *solution, const hpr_solve_options *options)
 {
-    static const double direct_tolerance = 1e-5, blocked_estimate = 1e-4, open_estimate = 1e-11,
+    static const double direct_tolerance = 1e-5, open_direct_tolerance = 1e-12, blocked_estimate = 1e-4,
+                        open_estimate = 1e-11,
                         part_of_links = 1e-6; /* what links leave out no solver brings back */
     const hpr_transport_demand demand = {
         .link_tolerance = options->link_tolerance,
         .block_tolerance = options->block_tolerance,
         .direct_tolerance = direct_tolerance,
+        .open_direct_tolerance = open_direct_tolerance,
         .solver_tolerance = fmax(options->solver_tolerance, part_of_links * options->link_tolerance)};
     hpr_transport light;
     hpr_estimate estimate = {0};

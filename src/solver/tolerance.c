@@ -6,6 +6,7 @@
 #include "solver/transport.h"
 
 #include <math.h>
+
 #include <omp.h>
 
 const char *hpr_refine_name(hpr_refine_mode mode)
@@ -28,12 +29,15 @@ static void close_step(step *s)
 
 hpr_transport_demand hpr_tolerance_demand(const hpr_solve_options *options)
 {
-    static const double links = 0.1, blocks = 0.1, direct = 0.01, solver = 0.01, rounding = 1e-13;
+    static const double links = 0.1, blocks = 0.1, blocked = 0.3, direct = 0.03, solver = 0.01,
+                        rounding = 1e-13;
     double t = options->tolerance, given = options->block_tolerance;
     return (hpr_transport_demand){.link_tolerance = options->link_tolerance > 0 ? options->link_tolerance
                                                                                 : fmax(links * t, rounding),
                                   .block_tolerance = given > 0 ? given : fmax(blocks * t, rounding),
+                                  .blocked_tolerance = given > 0 ? given : fmax(blocked * t, rounding),
                                   .direct_tolerance = fmax(direct * t, 1e-12),
+                                  .open_direct_tolerance = fmax(direct * t, 1e-12),
                                   .solver_tolerance = fmax(solver * t, options->solver_tolerance)};
 }
 
@@ -91,11 +95,14 @@ static hpr_status take_up(hpr_solution *solution, const hpr_solve_series *series
 static hpr_status prepare_step(hpr_solution *solution, const hpr_solve_series *series, const step *s,
                                uint32_t count, hpr_refinements *done, bool *last)
 {
-    static const double aim = 0.6; /* of the tolerance, for a step that should be the last */
+    static const double aim = 0.8; /* of the tolerance, for a step that should be the last */
     const hpr_solve_summary *summary = &solution->summary;
-    double goal = aim * summary->options.tolerance / summary->error_estimate * s->estimate.indicated;
+    const hpr_error_parts *parts = &summary->error_parts;
+    double others = parts->links + parts->visibility + parts->solver, tolerance = summary->options.tolerance;
+    double goal =
+        fmax(aim * tolerance - others, 0.5 * aim * tolerance) / parts->discretisation * s->estimate.indicated;
     size_t before = done->count;
-    hpr_status status = hpr_adapt(solution, s->estimate.indicator, goal, count, done);
+    hpr_status status = hpr_adapt(solution, &s->estimate, goal, count, done);
     *last = done->count == before;
     if (status == HPR_OK && !*last && series->stepped)
         status = series->stepped(series->user, done->item, done->count);

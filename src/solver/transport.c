@@ -93,14 +93,15 @@ static hpr_status gather_direct(const hpr_solution *solution, const hpr_links *l
 
 /* The moments of D by clipping: where D jumps the quadrature is cut, so that what the elements cannot show of
  * D is orthogonal to what they send. */
-static hpr_status project_direct(hpr_solution *solution, const hpr_coverage *coverage, double tolerance,
-                                 double *direct)
+static hpr_status project_direct(hpr_solution *solution, const hpr_coverage *coverage,
+                                 const hpr_transport_demand *demand, double *direct)
 {
     hpr_direct *emitters = NULL;
     size_t short_count = 0;
     hpr_status status = hpr_direct_create(solution->patches, solution->elements, &emitters);
     if (status == HPR_OK)
-        status = hpr_direct_moments(emitters, coverage, solution->elements, tolerance, direct, &short_count);
+        status = hpr_direct_moments(emitters, coverage, solution->elements, demand->open_direct_tolerance,
+                                    demand->direct_tolerance, direct, &short_count);
     hpr_direct_destroy(&emitters);
     return status;
 }
@@ -137,6 +138,7 @@ static hpr_status link_up(const hpr_solution *solution, const hpr_coverage *cove
         sends[i / n] |= patches->reflectance[i] > 0 || (emission && patches->exitance[i] > 0);
     const hpr_links_demand demand = {.link_tolerance = asked->link_tolerance,
                                      .block_tolerance = asked->block_tolerance,
+                                     .blocked_tolerance = asked->blocked_tolerance,
                                      .known = asked->known,
                                      .counted = counted,
                                      .constant = solution->summary.options.method == HPR_METHOD_HIERARCHICAL,
@@ -161,7 +163,7 @@ static hpr_status find_direct(hpr_solution *solution, const hpr_transport_demand
 {
     hpr_stage_begin(solution->context, "direct light");
     hpr_status status = solution->summary.direct == HPR_DIRECT_EXACT
-                            ? project_direct(solution, t->coverage, demand->direct_tolerance, t->direct)
+                            ? project_direct(solution, t->coverage, demand, t->direct)
                             : gather_direct(solution, t->links, t->direct);
     hpr_stage_end(solution->context);
     return status;

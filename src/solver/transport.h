@@ -9,8 +9,9 @@
 
 /* How exact its parts are; relative. */
 typedef struct hpr_transport_demand {
-    double link_tolerance, block_tolerance; /* 0: chosen (link/links.h) */
-    double direct_tolerance;                /* of the moments of direct light where something blocks it */
+    double link_tolerance, block_tolerance, blocked_tolerance; /* 0: chosen (link/links.h) */
+    double direct_tolerance;                                   /* of the moments of direct light, */
+    double open_direct_tolerance;                              /* where nothing blocks it */
     double solver_tolerance;
     const hpr_links *known; /* of the elements before they were refined (link/links.h), or NULL */
 } hpr_transport_demand;

@@ -1,0 +1,197 @@
+#include "solver/proposal.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { LOWEST = 2 /* degree that tells how coefficients fall */, PARTS = 4, BANDS = HPR_MAX_ORDER + 1 };
+
+typedef struct element {
+    hpr_shape shape;
+    int degree;
+    const hpr_indicator *indicator;
+    double error2;
+    bool occluded; /* the scene */
+} element;
+
+static bool wants(const element *e, int axis)
+{
+    static const double part = 0.1; /* of the whole: what an axis may leave out without anything being done */
+    return e->indicator->error2[axis] > part * e->error2;
+}
+
+/* With (p+1)^2 functions more, halving gains 2^-2(p+1) of the square where H is smooth and little where not,
+ * the next degree gains q^2 with 2p+3. */
+static bool is_smooth(const element *e, int axis)
+{
+    enum { FEW = 4 }; /* bands tell little, and halving along both axes costs thrice as much */
+    static const double smooth = 0.25, smooth_of_few = 0.5;
+    bool both = e->shape != HPR_SHAPE_PARALLELOGRAM || (wants(e, 0) && wants(e, 1));
+    return e->indicator->ratio[axis] < (both && e->degree < FEW ? smooth_of_few : smooth);
+}
+
+/* In coefficients: near blocks past obstacles cost about as much whatever their degree. */
+static int cost_of(const element *e, int degree)
+{
+    enum { OPEN = 2, OCCLUDED = 16 };
+    return (e->occluded ? OCCLUDED : OPEN) + (int)hpr_basis_count(e->shape, degree);
+}
+
+int hpr_choice_parts(hpr_shape shape, const uint8_t halve[2])
+{
+    if (!halve[0] && !halve[1])
+        return 1;
+    (void)shape;
+    return halve[0] && halve[1] ? 4 : 2;
+}
+
+/* The part of the square of what is left out that stays after so many degrees more. */
+static double left_by_degrees(const element *e, int axis, int more)
+{
+    static const double first[LOWEST] = {0.4, 0.2}; /* of a constant, of degree 1: a guess */
+    double left = 1;
+    for (int degree = e->degree; degree < e->degree + more; degree++)
+        left *= degree < LOWEST ? first[degree] : e->indicator->ratio[axis] * e->indicator->ratio[axis];
+    return left;
+}
+
+/* The same after halving. Like r^lambda from a side, 0.5 < lambda < 1, what is left falls by 2^-(2 lambda+1)
+ * in the half at that side and by more in the other. A bisected triangle needs two halvings for that. */
+static double left_by_halving(const element *e, int axis)
+{
+    static const double singular = 0.2;
+    double left = is_smooth(e, axis) ? ldexp(1, -2 * (e->degree + 1)) : singular;
+    return e->shape == HPR_SHAPE_PARALLELOGRAM ? left : sqrt(left);
+}
+
+static hpr_choice raise_by(const element *e, int more)
+{
+    hpr_choice c = {.degree = {(uint8_t)(e->degree + more)}, .cost = cost_of(e, e->degree + more)};
+    for (int axis = 0; axis < 2; axis++)
+        c.error2 += e->indicator->error2[axis] * left_by_degrees(e, axis, more);
+    return c;
+}
+
+/* The coefficients of a polynomial on one part of the element. */
+static void restrict_to(const element *e, const hpr_two_scale *two_scale, const hpr_choice *c, int part,
+                        const double *whole, double *value)
+{
+    double between[HPR_MAX_BASIS];
+    size_t count = hpr_basis_count(e->shape, e->degree), bytes = count * sizeof *value;
+    hpr_half half = {.shape = e->shape, .whole_degree = e->degree, .half_degree = e->degree};
+    bool both = hpr_choice_parts(e->shape, c->halve) == PARTS;
+    half.axis = c->halve[0] ? 0 : 1;
+    half.which = both ? part / 2 : part;
+    memset(value, 0, bytes);
+    hpr_two_scale_push(two_scale, &half, whole, value);
+    if (!both)
+        return;
+    memcpy(between, value, bytes);
+    half.axis = 1;
+    half.which = part % 2;
+    memset(value, 0, bytes);
+    hpr_two_scale_push(two_scale, &half, between, value);
+}
+
+/* Squares of the coefficients of a part by degree: of both axes the larger one, or the total one. */
+static void add_bands(const element *e, const double *value, double weight, double square[BANDS])
+{
+    size_t n = (size_t)e->degree + 1, k = 0;
+    if (e->shape == HPR_SHAPE_PARALLELOGRAM) {
+        for (size_t a = 0; a < n; a++) {
+            for (size_t b = 0; b < n; b++, k++)
+                square[a > b ? a : b] += weight * value[k] * value[k];
+        }
+        return;
+    }
+    for (size_t total = 0; total < n; total++) {
+        for (size_t i = 0; i <= total; i++, k++)
+            square[total] += weight * value[k] * value[k];
+    }
+}
+
+/* The lowest degree of a part that loses little. */
+static int degree_of_part(const element *e, const double square[BANDS], double allowed)
+{
+    int degree = e->degree;
+    double lost = square[degree];
+    while (degree > LOWEST && lost <= allowed)
+        lost += square[--degree];
+    return degree;
+}
+
+static void choose_degrees(const hpr_solution *solution, const element *e, const hpr_two_scale *two_scale,
+                           const double *indirect, const double *norm2, size_t leaf, hpr_choice *c)
+{
+    static const double share = 0.1; /* of what is left out, that low degrees may add */
+    const size_t n = solution->channel_count, first = solution->elements->dof[leaf];
+    const size_t count = hpr_basis_count(e->shape, e->degree);
+    int parts = hpr_choice_parts(e->shape, c->halve);
+    c->cost = 0;
+    for (int part = 0; part < parts; part++) {
+        double square[BANDS] = {0}, whole[HPR_MAX_BASIS], value[HPR_MAX_BASIS];
+        for (size_t channel = 0; channel < n; channel++) {
+            for (size_t k = 0; k < count; k++)
+                whole[k] = indirect[n * (first + k) + channel];
+            restrict_to(e, two_scale, c, part, whole, value);
+            add_bands(e, value, norm2[channel] > 0 ? 1 / norm2[channel] : 0, square);
+        }
+        int degree = degree_of_part(e, square, share * c->error2 / parts);
+        c->degree[part] = (uint8_t)degree;
+        c->cost += cost_of(e, degree);
+    }
+    c->error2 *= 1 + share;
+}
+
+/* Parallelograms along the axes that need it, others so many times. */
+static hpr_choice halve(const element *e, bool all, int times)
+{
+    hpr_choice c = {0};
+    bool tensor = e->shape == HPR_SHAPE_PARALLELOGRAM;
+    for (int axis = 0; axis < 2; axis++) {
+        c.halve[axis] = tensor ? wants(e, axis) && (all || !is_smooth(e, axis)) : axis < times;
+        c.error2 += e->indicator->error2[axis] * (tensor ? c.halve[axis] ? left_by_halving(e, axis) : 1
+                                                         : pow(left_by_halving(e, axis), times));
+    }
+    int parts = hpr_choice_parts(e->shape, c.halve), degree = e->degree;
+    c.cost = parts * cost_of(e, degree);
+    for (int part = 0; part < parts; part++)
+        c.degree[part] = (uint8_t)degree;
+    return c;
+}
+
+void hpr_propose(const hpr_solution *solution, const hpr_two_scale *two_scale, const double *indirect,
+                 const double *norm2, const hpr_indicator *indicator, size_t leaf, bool far, hpr_proposal *p)
+{
+    const hpr_elements *elements = solution->elements;
+    uint32_t node = elements->leaf[leaf];
+    hpr_refine_mode mode = solution->summary.options.refine;
+    element e = {.shape = (hpr_shape)solution->patches->shape[elements->patch[node]],
+                 .degree = elements->degree[node],
+                 .indicator = indicator,
+                 .occluded = solution->summary.occluded,
+                 .error2 = indicator->error2[0] + indicator->error2[1]};
+    p->count = 1;
+    p->choice[0] =
+        (hpr_choice){.error2 = e.error2, .cost = cost_of(&e, e.degree), .degree = {(uint8_t)e.degree}};
+    if (!(e.error2 > 0))
+        return;
+    bool smooth = true;
+    for (int axis = 0; axis < 2; axis++)
+        smooth &= !wants(&e, axis) || is_smooth(&e, axis);
+    bool raises = mode == HPR_REFINE_P || (mode == HPR_REFINE_HP && (smooth || e.degree < LOWEST));
+    if (raises && e.degree < HPR_MAX_ORDER) {
+        for (int more = 1; more <= (e.degree >= LOWEST ? 2
+                                    : far              ? 3
+                                                       : 1) &&
+                           e.degree + more <= HPR_MAX_ORDER;
+             more++)
+            p->choice[p->count++] = raise_by(&e, more);
+    } else if (mode != HPR_REFINE_P) {
+        for (int times = 1; times <= (e.shape == HPR_SHAPE_PARALLELOGRAM ? 1 : 2); times++) {
+            hpr_choice c = halve(&e, mode == HPR_REFINE_H || smooth, times);
+            if (mode == HPR_REFINE_HP && e.shape != HPR_SHAPE_QUADRILATERAL)
+                choose_degrees(solution, &e, two_scale, indirect, norm2, leaf, &c);
+            p->choice[p->count++] = c;
+        }
+    }
+}

@@ -1,10 +1,12 @@
 #include "base/context.h"
 
+#include <assert.h>
 #include <omp.h>
 #include <pthread.h>
 #include <sched.h>
 #include <stdarg.h>
 #include <stdatomic.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -56,9 +58,10 @@ static bool isa_available(hpr_isa isa)
     case HPR_ISA_SSE2:
         return true;
     case HPR_ISA_AVX2:
-        return __builtin_cpu_supports("avx2");
+        return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
     case HPR_ISA_AVX512:
-        return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq");
+        return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+               __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("fma");
     }
 #endif
     return isa == HPR_ISA_SSE2;
@@ -261,6 +264,31 @@ void hpr_release(hpr_context *ctx, void *memory)
 {
     if (memory)
         ctx->options.release(ctx->options.user, memory);
+}
+
+/* What was allocated stands before the memory that is handed out. */
+hpr_status hpr_allocate_aligned(hpr_context *ctx, void *pointer, size_t size, size_t alignment,
+                                const char *what)
+{
+    char *whole = NULL, *memory = NULL;
+    assert(alignment >= sizeof whole && (alignment & (alignment - 1)) == 0 &&
+           size <= SIZE_MAX - 2 * alignment);
+    hpr_status status = hpr_allocate_into(ctx, &whole, 1, size + 2 * alignment, what);
+    if (status == HPR_OK) {
+        memory = whole + 2 * alignment - (uintptr_t)whole % alignment;
+        memcpy(memory - sizeof whole, &whole, sizeof whole);
+    }
+    memcpy(pointer, &memory, sizeof memory);
+    return status;
+}
+
+void hpr_release_aligned(hpr_context *ctx, void *memory)
+{
+    char *whole;
+    if (!memory)
+        return;
+    memcpy(&whole, (char *)memory - sizeof whole, sizeof whole);
+    hpr_release(ctx, whole);
 }
 
 hpr_status hpr_grow(hpr_context *ctx, void *pointer, size_t *capacity, size_t needed, size_t size)

@@ -55,6 +55,11 @@ void *hpr_allocate(hpr_context *ctx, size_t count, size_t size);
 /* The usual form: allocates into *pointer and fails with the message "out of memory". */
 hpr_status hpr_allocate_into(hpr_context *ctx, void *pointer, size_t count, size_t size, const char *what);
 void hpr_release(hpr_context *ctx, void *memory);
+/* The same for memory that begins at a multiple of `alignment`, a power of two; to be released by
+ * hpr_release_aligned. */
+hpr_status hpr_allocate_aligned(hpr_context *ctx, void *pointer, size_t size, size_t alignment,
+                                const char *what);
+void hpr_release_aligned(hpr_context *ctx, void *memory);
 /* Grows *pointer (zeroed tail) so that it holds `needed` items; *capacity is kept in items. */
 hpr_status hpr_grow(hpr_context *ctx, void *pointer, size_t *capacity, size_t needed, size_t size);
 /* Bytes of memory of this machine. */

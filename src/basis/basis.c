@@ -1,5 +1,7 @@
 #include "basis/basis.h"
 
+#include "math/lanes.h"
+
 #include <math.h>
 
 size_t hpr_basis_count(hpr_shape shape, int degree)
@@ -13,9 +15,7 @@ double hpr_basis_scale(hpr_shape shape, double area_m2)
     return 1 / sqrt(shape == HPR_SHAPE_PARALLELOGRAM ? area_m2 : 2 * area_m2);
 }
 
-/* Of n: sqrt(2n+1), (2n+1)/(n+1) and n/(n+1); square roots and divisions would cost more than all the rest.
- */
-static const double norm[HPR_MAX_DEGREE + 1] = {
+const double hpr_legendre_norm[HPR_MAX_DEGREE + 1] = {
     1,
     1.7320508075688772,
     2.2360679774997898,
@@ -34,7 +34,7 @@ static const double norm[HPR_MAX_DEGREE + 1] = {
     5.5677643628300215,
     5.7445626465380286,
 };
-static const double raise_by[HPR_MAX_DEGREE + 1] = {
+const double hpr_legendre_raise[HPR_MAX_DEGREE + 1] = {
     1,
     1.5,
     1.6666666666666667,
@@ -53,7 +53,7 @@ static const double raise_by[HPR_MAX_DEGREE + 1] = {
     1.9375,
     1.9411764705882353,
 };
-static const double lower_by[HPR_MAX_DEGREE + 1] = {
+const double hpr_legendre_lower[HPR_MAX_DEGREE + 1] = {
     0,
     0.5,
     0.66666666666666663,
@@ -78,8 +78,8 @@ static void legendre(int degree, double s, double *values)
 {
     double x = 2 * s - 1, before = 0, p = 1;
     for (int n = 0; n <= degree; n++) {
-        values[n] = norm[n] * p;
-        double next = raise_by[n] * x * p - lower_by[n] * before;
+        values[n] = hpr_legendre_norm[n] * p;
+        double next = hpr_legendre_raise[n] * x * p - hpr_legendre_lower[n] * before;
         before = p;
         p = next;
     }
@@ -170,7 +170,7 @@ static void dubiner(int degree, double s, double t, double *values)
         double alpha = 2 * i + 1, before = 0, p = 1; /* P_j^(alpha,0)(x) */
         for (int j = 0; i + j <= degree; j++) {
             int d = i + j;
-            values[d * (d + 1) / 2 + j] = norm[i] * root[d] * row * p;
+            values[d * (d + 1) / 2 + j] = hpr_legendre_norm[i] * root[d] * row * p;
             double c = 2 * j + alpha, next;
             if (j == 0)
                 next = (alpha + (alpha + 2) * x) / 2;
@@ -181,7 +181,7 @@ static void dubiner(int degree, double s, double t, double *values)
             before = p;
             p = next;
         }
-        double next = raise_by[i] * u * row - lower_by[i] * v * v * row_before;
+        double next = hpr_legendre_raise[i] * u * row - hpr_legendre_lower[i] * v * v * row_before;
         row_before = row;
         row = next;
     }
@@ -196,8 +196,8 @@ void hpr_basis_eval(hpr_shape shape, int degree, double s, double t, double *val
 }
 
 /* sqrt(2n+1) P_n(2s-1) into rows `step` apart. */
-static void legendre_many(int degree, size_t count, const double *restrict s, double *restrict before,
-                          double *restrict now, size_t step, double *values)
+HPR_LANES_BODY void legendre_many(int degree, size_t count, const double *restrict s, double *restrict before,
+                                  double *restrict now, size_t step, double *values)
 {
     for (size_t k = 0; k < count; k++) {
         before[k] = 0;
@@ -206,16 +206,16 @@ static void legendre_many(int degree, size_t count, const double *restrict s, do
     for (int n = 0; n <= degree; n++) {
         double *restrict row = values + (size_t)n * step;
         for (size_t k = 0; k < count; k++) {
-            row[k] = norm[n] * now[k];
-            double next = raise_by[n] * (2 * s[k] - 1) * now[k] - lower_by[n] * before[k];
+            row[k] = hpr_legendre_norm[n] * now[k];
+            double next = hpr_legendre_raise[n] * (2 * s[k] - 1) * now[k] - hpr_legendre_lower[n] * before[k];
             before[k] = now[k];
             now[k] = next;
         }
     }
 }
 
-static void tensor_many(int degree, size_t count, const double *s, const double *t, size_t stride,
-                        double *values, double *scratch)
+HPR_LANES_BODY void tensor_many(int degree, size_t count, const double *s, const double *t, size_t stride,
+                                double *values, double *scratch)
 {
     size_t n = (size_t)degree + 1;
     /* in s at k = n a, in t at k = b; a = 0 is 1 and stays to the last */
@@ -232,8 +232,8 @@ static void tensor_many(int degree, size_t count, const double *s, const double 
     }
 }
 
-static void dubiner_many(int degree, size_t count, const double *s, const double *t, size_t stride,
-                         double *values, double *scratch)
+HPR_LANES_BODY void dubiner_many(int degree, size_t count, const double *s, const double *t, size_t stride,
+                                 double *values, double *scratch)
 {
     double *row_before = scratch, *row = scratch + stride, *before = scratch + 2 * stride,
            *now = scratch + 3 * stride;
@@ -251,7 +251,7 @@ static void dubiner_many(int degree, size_t count, const double *s, const double
             double alpha = 2 * i + 1, c = 2 * j + alpha;
             double below = 0.5 * inverse[j + 1] * inverse[j + 2 * i + 2] * inverse[2 * j + 2 * i + 1];
             double rise = (c + 1) * c * (c + 2) * below, shift = (c + 1) * alpha * alpha * below;
-            double fall = 2 * (j + alpha) * j * (c + 2) * below, factor = norm[i] * root[d];
+            double fall = 2 * (j + alpha) * j * (c + 2) * below, factor = hpr_legendre_norm[i] * root[d];
             double *restrict out = values + (size_t)(d * (d + 1) / 2 + j) * stride;
             for (size_t k = 0; k < count; k++) {
                 out[k] = factor * now[k];
@@ -262,18 +262,42 @@ static void dubiner_many(int degree, size_t count, const double *s, const double
         }
         for (size_t k = 0; k < count; k++) {
             double v = 1 - t[k];
-            double next = raise_by[i] * (2 * s[k] + t[k] - 1) * row[k] - lower_by[i] * v * v * row_before[k];
+            double next = hpr_legendre_raise[i] * (2 * s[k] + t[k] - 1) * row[k] -
+                          hpr_legendre_lower[i] * v * v * row_before[k];
             row_before[k] = row[k];
             row[k] = next;
         }
     }
 }
 
-void hpr_basis_many(hpr_shape shape, int degree, size_t count, const double *s, const double *t,
-                    size_t stride, double *values, double *scratch)
+HPR_LANES_BODY void many_body(hpr_shape shape, int degree, size_t count, const double *s, const double *t,
+                              size_t stride, double *values, double *scratch)
 {
     if (shape == HPR_SHAPE_PARALLELOGRAM)
         tensor_many(degree, count, s, t, stride, values, scratch);
     else
         dubiner_many(degree, count, s, t, stride, values, scratch);
+}
+
+HPR_TARGET_AVX2 static void many_avx2(hpr_shape shape, int degree, size_t count, const double *s,
+                                      const double *t, size_t stride, double *values, double *scratch)
+{
+    many_body(shape, degree, count, s, t, stride, values, scratch);
+}
+
+HPR_TARGET_AVX512 static void many_avx512(hpr_shape shape, int degree, size_t count, const double *s,
+                                          const double *t, size_t stride, double *values, double *scratch)
+{
+    many_body(shape, degree, count, s, t, stride, values, scratch);
+}
+
+void hpr_basis_many(hpr_isa isa, hpr_shape shape, int degree, size_t count, const double *s, const double *t,
+                    size_t stride, double *values, double *scratch)
+{
+    if (isa == HPR_ISA_AVX512)
+        many_avx512(shape, degree, count, s, t, stride, values, scratch);
+    else if (isa == HPR_ISA_AVX2)
+        many_avx2(shape, degree, count, s, t, stride, values, scratch);
+    else
+        many_body(shape, degree, count, s, t, stride, values, scratch);
 }

@@ -9,9 +9,15 @@
 #ifndef HPR_BASIS_BASIS_H
 #define HPR_BASIS_BASIS_H
 
+#include "base/context.h"
 #include "patch/patches.h"
 
 enum { HPR_MAX_DEGREE = 16, HPR_MAX_BASIS = (HPR_MAX_DEGREE + 1) * (HPR_MAX_DEGREE + 1) };
+
+/* Of n: sqrt(2n+1), (2n+1)/(n+1) and n/(n+1), P_(n+1)(x) = raise x P_n - lower P_(n-1); square roots and
+ * divisions would cost more than all the rest. */
+extern const double hpr_legendre_norm[HPR_MAX_DEGREE + 1], hpr_legendre_raise[HPR_MAX_DEGREE + 1],
+    hpr_legendre_lower[HPR_MAX_DEGREE + 1];
 
 /* Number of functions of degree p: (p+1)^2 or (p+1)(p+2)/2. */
 size_t hpr_basis_count(hpr_shape shape, int degree);
@@ -20,8 +26,9 @@ size_t hpr_basis_count(hpr_shape shape, int degree);
 void hpr_basis_eval(hpr_shape shape, int degree, double s, double t, double *values);
 
 /* values[hpr_basis_count][stride], of which the first `count` <= stride of each row are written: phi_k at
- * points s, t [count]. Equal to hpr_basis_eval but for rounding. scratch: [4 stride]. Thread-safe. */
-void hpr_basis_many(hpr_shape shape, int degree, size_t count, const double *s, const double *t,
+ * points s, t [count]. Equal to hpr_basis_eval but for rounding,
+ * and the same on every instruction set. scratch: [4 stride]. Thread-safe. */
+void hpr_basis_many(hpr_isa isa, hpr_shape shape, int degree, size_t count, const double *s, const double *t,
                     size_t stride, double *values, double *scratch);
 
 /* The factor from phi to T for an element of this area. */

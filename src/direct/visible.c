@@ -32,6 +32,38 @@ static void cut(const hpr_convex *in, hpr_vec3 plane, double sign, double offset
     cut_at(in, height, sign, out);
 }
 
+/* Without the unused corners. */
+static void copy(hpr_convex *to, const hpr_convex *from)
+{
+    to->count = from->count;
+    memcpy(to->corner, from->corner, (size_t)from->count * sizeof *to->corner);
+}
+
+/* The part of it between the point's parallel plane and the sender's: 0 < normal . x / height < 1. */
+static void cut_between(hpr_vec3 normal, double height, hpr_convex *blocker)
+{
+    static const double in_plane =
+        1e-13; /* of the distance: a blocker lying on the sender's plane hides nothing */
+    double sign = height > 0 ? 1 : -1, high = fabs(height) * (1 - in_plane), low = fabs(height) * in_plane;
+    double least = INFINITY, most = -INFINITY;
+    for (int i = 0; i < blocker->count; i++) {
+        double h = sign * hpr_dot(normal, blocker->corner[i]);
+        least = h < least ? h : least;
+        most = h > most ? h : most;
+    }
+    if (most <= low || least >= high)
+        blocker->count = 0;
+    hpr_convex below;
+    if (most > high && blocker->count) {
+        cut(blocker, normal, -sign, -high, &below);
+        copy(blocker, &below);
+    }
+    if (least < low && blocker->count) {
+        cut(blocker, normal, sign, low, &below);
+        copy(blocker, &below);
+    }
+}
+
 static void side_heights(const hpr_convex *piece, const hpr_side *s, double *height)
 {
     for (int i = 0; i < piece->count; i++) {
@@ -42,30 +74,27 @@ static void side_heights(const hpr_convex *piece, const hpr_side *s, double *hei
     }
 }
 
-/* Without the unused corners. */
-static void copy(hpr_convex *to, const hpr_convex *from)
-{
-    to->count = from->count;
-    memcpy(to->corner, from->corner, (size_t)from->count * sizeof *to->corner);
-}
-
 int hpr_visible_pyramid(const hpr_convex *blocker, hpr_side *sides)
 {
     static const double edge_on = 1e-14, rounding = 2e-15;
     hpr_vec3 middle = {0, 0, 0};
-    for (int i = 0; i < blocker->count; i++)
-        middle = hpr_add(middle, hpr_scale(blocker->corner[i], 1.0 / blocker->count));
+    double length[HPR_VISIBLE_CORNERS];
+    for (int i = 0; i < blocker->count; i++) {
+        middle = hpr_add(middle, blocker->corner[i]);
+        length[i] = hpr_length(blocker->corner[i]);
+    }
+    const double least = edge_on * edge_on * hpr_dot(middle, middle);
     int count = 0;
     for (int i = 0; i < blocker->count; i++) {
-        hpr_vec3 a = blocker->corner[i], b = blocker->corner[(i + 1) % blocker->count];
+        int j = i + 1 < blocker->count ? i + 1 : 0;
+        hpr_vec3 a = blocker->corner[i], b = blocker->corner[j], along = hpr_sub(b, a);
         hpr_vec3 normal = hpr_cross(a, b);
-        double inward = hpr_dot(normal, middle), size = hpr_length(normal) * hpr_length(middle);
-        if (hpr_dot(hpr_sub(b, a), hpr_sub(b, a)) == 0)
+        double inward = hpr_dot(normal, middle);
+        if (hpr_dot(along, along) == 0)
             continue;
-        if (!(fabs(inward) > edge_on * size))
+        if (!(inward * inward > least * hpr_dot(normal, normal)))
             return 0;
-        sides[count++] =
-            (hpr_side){hpr_scale(normal, inward > 0 ? 1 : -1), rounding * hpr_length(a) * hpr_length(b)};
+        sides[count++] = (hpr_side){hpr_scale(normal, inward > 0 ? 1 : -1), rounding * length[i] * length[j]};
     }
     return count;
 }
@@ -85,6 +114,38 @@ static bool apart(const hpr_convex *piece, const hpr_side *sides, int side_count
     return side_count == 0;
 }
 
+static void append(hpr_convex *to, hpr_vec3 corner)
+{
+    if (to->count < HPR_VISIBLE_CORNERS)
+        to->corner[to->count++] = corner;
+}
+
+/* The parts of `in` where the height is >= 0 and <= 0; none if it is nowhere more, or less. */
+static void split(const hpr_convex *in, const double *height, hpr_convex *above, hpr_convex *below)
+{
+    bool up = false, down = false;
+    above->count = below->count = 0;
+    for (int i = 0; i < in->count; i++) {
+        int j = i + 1 < in->count ? i + 1 : 0;
+        double hp = height[i], hq = height[j];
+        up |= hp > 0;
+        down |= hp < 0;
+        if (hp >= 0)
+            append(above, in->corner[i]);
+        if (hp <= 0)
+            append(below, in->corner[i]);
+        if (hp * hq < 0) {
+            hpr_vec3 at = hpr_madd(in->corner[i], hp / (hp - hq), hpr_sub(in->corner[j], in->corner[i]));
+            append(above, at);
+            append(below, at);
+        }
+    }
+    if (!up || above->count < 3)
+        above->count = 0;
+    if (!down || below->count < 3)
+        below->count = 0;
+}
+
 /* Of every piece, what is outside side k and inside the sides before it stays. */
 bool hpr_visible_subtract(hpr_visible *visible, const hpr_side *sides, int side_count)
 {
@@ -99,9 +160,8 @@ bool hpr_visible_subtract(hpr_visible *visible, const hpr_side *sides, int side_
         for (int k = 0; k < side_count && rest->count; k++) {
             double height[HPR_VISIBLE_CORNERS];
             side_heights(rest, &sides[k], height);
-            cut_at(rest, height, -1, &outside[outside_count]);
+            split(rest, height, &inside[k % 2], &outside[outside_count]);
             outside_count += outside[outside_count].count > 0;
-            cut_at(rest, height, 1, &inside[k % 2]);
             rest = &inside[k % 2];
         }
         if (rest->count == 0)
@@ -122,8 +182,6 @@ bool hpr_visible_subtract(hpr_visible *visible, const hpr_side *sides, int side_
 bool hpr_visible_part(hpr_vec3 point, const hpr_convex *sender, hpr_vec3 normal, const hpr_convex *outline,
                       const uint32_t *blocker, int blocker_count, hpr_visible *visible)
 {
-    static const double in_plane =
-        1e-13; /* of the distance: a blocker lying on the sender's plane hides nothing */
     visible->count = 1;
     visible->whole = true;
     visible->piece[0].count = sender->count;
@@ -131,17 +189,17 @@ bool hpr_visible_part(hpr_vec3 point, const hpr_convex *sender, hpr_vec3 normal,
         visible->piece[0].corner[i] = hpr_sub(sender->corner[i], point);
     double height = hpr_dot(normal, visible->piece[0].corner[0]); /* of the sender's plane over the point */
     bool complete = true;
+    hpr_side view[HPR_VISIBLE_CORNERS], sides[HPR_VISIBLE_CORNERS];
+    int view_count = blocker_count > 0 ? hpr_visible_pyramid(&visible->piece[0], view) : 0;
     for (int b = 0; b < blocker_count && visible->count > 0; b++) {
         const hpr_convex *other = &outline[blocker ? blocker[b] : (uint32_t)b];
-        hpr_convex relative, between;
+        hpr_convex relative;
         relative.count = other->count;
-        hpr_side sides[HPR_VISIBLE_CORNERS];
         for (int i = 0; i < relative.count; i++)
             relative.corner[i] = hpr_sub(other->corner[i], point);
-        /* between the point's parallel plane and the sender's: 0 < normal . x / height < 1 */
-        double sign = height > 0 ? 1 : -1, limit = fabs(height) * (1 - in_plane);
-        cut(&relative, normal, -sign, -limit, &between);
-        cut(&between, normal, sign, fabs(height) * in_plane, &relative);
+        if (view_count > 0 && apart(&relative, view, view_count))
+            continue;
+        cut_between(normal, height, &relative);
         if (relative.count)
             complete &= hpr_visible_subtract(visible, sides, hpr_visible_pyramid(&relative, sides));
     }

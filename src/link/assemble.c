@@ -328,7 +328,7 @@ static void integrate_near(const assembly *a, worker *w, hpr_block_task *task, c
     double recv_m2 = task->recv.area_m2 * hpr_tree_open_share(a->links->tree, a->coverage, p->recv),
            send_m2 = task->send.area_m2 * hpr_tree_open_share(a->links->tree, a->coverage, p->send);
     hpr_blocked_decide(&a->blocked, recv_m2, send_m2, task);
-    hpr_block_result result = hpr_block_ref(a->quadrature, task, p->block, w->scratch);
+    hpr_block_result result = hpr_block(a->quadrature, task, p->block, w->scratch);
     hpr_counter kind = !result.seen          ? HPR_COUNT_PAIRS_HIDDEN
                        : task->blocker_count ? HPR_COUNT_PAIRS_PARTIAL
                                              : HPR_COUNT_PAIRS_VISIBLE;

@@ -87,7 +87,7 @@ static hpr_block_result integrate(const projection *p, worker *w, const hpr_bloc
 {
     int nodes = task->blocker_count || task->recv_part ? 0 : smooth_nodes(&task->recv, &task->send);
     if (nodes == 0)
-        return hpr_block_ref(p->quadrature, task, column, w->scratch);
+        return hpr_block(p->quadrature, task, column, w->scratch);
     integrate_smooth(&task->recv, &task->send, nodes, column);
     return (hpr_block_result){.seen = true};
 }

@@ -97,7 +97,7 @@ static void by_closure(leaf_integral *l)
                                    .tolerance = tolerance,
                                    .negligible = tolerance,
                                    .contact_m = patches->weld_m};
-            hpr_block_result result = hpr_block_ref(l->p->quadrature, &task, column, l->worker->scratch);
+            hpr_block_result result = hpr_block(l->p->quadrature, &task, column, l->worker->scratch);
             for (size_t k = 0; k < l->count; k++)
                 l->moment[k] -= sqrt(patches->area_m2[j]) * column[k];
             l->worker->counts[HPR_COUNT_BLOCKS] += result.seen;

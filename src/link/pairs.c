@@ -62,7 +62,7 @@ bool hpr_pairs_integrate_past(const hpr_pairs *pairs, hpr_pairs_worker *w, size_
                                  .blocker_count = w->blocker_count,
                                  .clip = true,
                                  .seed = (uint64_t)p << 32 | q};
-    hpr_block_result result = hpr_block_ref(pairs->quadrature, &task, w->block, w->scratch);
+    hpr_block_result result = hpr_block(pairs->quadrature, &task, w->block, w->scratch);
     w->kernel_count += result.kernel_count;
     w->ray_count += result.ray_count;
     w->clip_count += result.clip_count;

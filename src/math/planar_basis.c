@@ -1,5 +1,7 @@
 #include "math/planar_basis.h"
 
+#include "math/lanes.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -46,8 +48,8 @@ void hpr_planar_eval(const double *recurrence, int degree, double s, double t, d
     }
 }
 
-void hpr_planar_many(const double *recurrence, int degree, size_t count, const double *s, const double *t,
-                     size_t stride, double *values)
+HPR_LANES_BODY void many_body(const double *recurrence, int degree, size_t count, const double *s,
+                              const double *t, size_t stride, double *values)
 {
     for (size_t p = 0; p < count; p++)
         values[p] = recurrence[0];
@@ -64,6 +66,78 @@ void hpr_planar_many(const double *recurrence, int degree, size_t count, const d
                 const double *before = values + i * stride, c = *recurrence++;
                 for (size_t p = 0; p < count; p++)
                     row[p] -= c * before[p];
+            }
+        }
+    }
+}
+
+HPR_TARGET_AVX2 static void many_avx2(const double *recurrence, int degree, size_t count, const double *s,
+                                      const double *t, size_t stride, double *values)
+{
+    many_body(recurrence, degree, count, s, t, stride, values);
+}
+
+HPR_TARGET_AVX512 static void many_avx512(const double *recurrence, int degree, size_t count, const double *s,
+                                          const double *t, size_t stride, double *values)
+{
+    many_body(recurrence, degree, count, s, t, stride, values);
+}
+
+void hpr_planar_many(hpr_isa isa, const double *recurrence, int degree, size_t count, const double *s,
+                     const double *t, size_t stride, double *values)
+{
+    if (isa == HPR_ISA_AVX512)
+        many_avx512(recurrence, degree, count, s, t, stride, values);
+    else if (isa == HPR_ISA_AVX2)
+        many_avx2(recurrence, degree, count, s, t, stride, values);
+    else
+        many_body(recurrence, degree, count, s, t, stride, values);
+}
+
+/* Adds (f[0] + f[1] u + f[2] w) times a sum of P_a(u) P_b(w) of a degree less than `degree`. */
+static void add_product(int degree, const double f[3], const double *from, double *to)
+{
+    size_t at = 0;
+    for (int a = 0; a <= degree; a++) {
+        size_t wide = (size_t)(degree - a + 1); /* places of row a */
+        for (int b = 0; a + b <= degree; b++, at++) {
+            double c = from[at];
+            if (c == 0)
+                continue;
+            to[at] += f[0] * c;
+            to[at + wide] += f[1] * c * (a + 1) / (2 * a + 1);
+            if (a > 0)
+                to[at - wide - 1] += f[1] * c * a / (2 * a + 1);
+            to[at + 1] += f[2] * c * (b + 1) / (2 * b + 1);
+            if (b > 0)
+                to[at - 1] += f[2] * c * b / (2 * b + 1);
+        }
+    }
+}
+
+void hpr_planar_matrix(const double *recurrence, int degree, const double box[2], double *matrix)
+{
+    size_t count = first_of(degree + 1), in_u = (size_t)degree + 1;
+    double by[2][3] = {{box[0] / 2, box[0] / 2, 0}, {box[1] / 2, 0, box[1] / 2}}; /* s, t */
+    memset(matrix, 0, count * count * sizeof *matrix);
+    matrix[0] = *recurrence++;
+    for (int d = 1; d <= degree; d++) {
+        for (int i = 0; d == 2 && i < 2; i++) {
+            const double *affine = matrix + (size_t)(1 + i) * count;
+            by[i][0] = affine[0];
+            by[i][1] = affine[in_u];
+            by[i][2] = affine[1];
+        }
+        for (size_t k = first_of(d); k < first_of(d + 1); k++) {
+            size_t source = (size_t)*recurrence++;
+            double *row = matrix + k * count, factor = *recurrence++;
+            const double *f = by[source % 2];
+            add_product(degree, (const double[3]){factor * f[0], factor * f[1], factor * f[2]},
+                        matrix + source / 2 * count, row);
+            for (size_t i = band_of(d); i < k; i++) {
+                double c = *recurrence++;
+                for (size_t l = 0; l < count; l++)
+                    row[l] -= c * matrix[i * count + l];
             }
         }
     }

@@ -14,6 +14,7 @@
 #ifndef HPR_MATH_PLANAR_BASIS_H
 #define HPR_MATH_PLANAR_BASIS_H
 
+#include "base/context.h"
 #include "math/gauss.h"
 
 #include <stdbool.h>
@@ -34,9 +35,14 @@ void hpr_planar_make(const double opposite[2], int degree, const hpr_gauss_rule 
 void hpr_planar_eval(const double *recurrence, int degree, double s, double t, double *values);
 
 /* values [(p + 1)(p + 2)/2][stride], of which the first `count` <= stride of each row are written: phi_k at
- * points s, t [count]. Equal to hpr_planar_eval but for rounding. Thread-safe. */
-void hpr_planar_many(const double *recurrence, int degree, size_t count, const double *s, const double *t,
-                     size_t stride, double *values);
+ * points s, t [count]. Equal to hpr_planar_eval but for rounding, and the same on every
+ * instruction set. Thread-safe. */
+void hpr_planar_many(hpr_isa isa, const double *recurrence, int degree, size_t count, const double *s,
+                     const double *t, size_t stride, double *values);
+
+/* matrix [functions][functions]: phi_k = sum_l matrix[k][l] P_a(2s/box[0] - 1) P_b(2t/box[1] - 1), l running
+ * through a + b <= p by a, then b. Thread-safe. */
+void hpr_planar_matrix(const double *recurrence, int degree, const double box[2], double *matrix);
 
 /* Node `index` of n x n product Gauss over Q by the bilinear map, which integrates polynomials of degree
  * 2 n - 2 exactly: parameters, and the weight in ds dt. */

@@ -22,7 +22,6 @@ hpr_status hpr_block_scratch_create_for(hpr_context *ctx, int degree, hpr_block_
 void hpr_block_scratch_destroy(hpr_block_scratch **scratch);
 
 enum {
-    HPR_CLIP_BLOCKERS = 64,
     /* Evaluations of the kernel that one block may take, at most so many and a few for each rule that is left
      * then: some ten seconds for constants. Beyond it the block is completed roughly and is HPR_BLOCK_SHORT.
      */
@@ -82,6 +81,10 @@ typedef struct hpr_block_result {
  * Concurrent calls allowed with distinct block and scratch. Never fails: what falls short is in the result.
  * Source: Zatz 1993 (eq. 7); touching pairs: homothety.h.
  */
+hpr_block_result hpr_block(const hpr_quadrature *quadrature, const hpr_block_task *task, double *block,
+                           hpr_block_scratch *scratch);
+
+/* The same by plain loops over the same points, many times slower: what hpr_block is compared with. */
 hpr_block_result hpr_block_ref(const hpr_quadrature *quadrature, const hpr_block_task *task, double *block,
                                hpr_block_scratch *scratch);
 

@@ -1,107 +1,6 @@
 /* The simple evaluation of kernel blocks: one group of points after the other, one receiver point at a time.
  */
-#include "quadrature/aligned.h"
-#include "quadrature/block.h"
-#include "quadrature/flat.h"
-#include "quadrature/homothety.h"
-#include "quadrature/parallel.h"
-#include "quadrature/sampled.h"
-
-#include <string.h>
-
-struct hpr_quadrature {
-    hpr_context *context;
-    const hpr_gauss_table *gauss;
-};
-
-struct hpr_block_scratch {
-    hpr_context *context;
-    hpr_group points;
-    hpr_rule_scratch choice; /* the choice of rules works here while `points` is being evaluated */
-    double recurrences[4 * HPR_POINTS_MAX];
-    double outer_basis[HPR_MAX_BASIS];
-    double transported[HPR_MAX_BASIS]; /* sum over inner points of G phi_l */
-    double kernel[HPR_POINTS_MAX];
-    hpr_convex blocker[HPR_CLIP_BLOCKERS];
-    /* in `room`, what grows with the number of functions */
-    double *inner_basis; /* [functions][points of the group] */
-    double *inside[2];   /* sums that homotheties are to be applied to */
-    double *part;        /* what one rule contributes */
-    double *matrices;
-    double room[];
-};
-
-hpr_status hpr_quadrature_create(hpr_context *ctx, hpr_quadrature **quadrature)
-{
-    hpr_status status = hpr_allocate_into(ctx, quadrature, 1, sizeof **quadrature, "quadrature tables");
-    if (status != HPR_OK)
-        return status;
-    (*quadrature)->context = ctx;
-    (*quadrature)->gauss = &hpr_gauss;
-    return HPR_OK;
-}
-
-void hpr_quadrature_destroy(hpr_quadrature **quadrature)
-{
-    if (*quadrature)
-        hpr_release((*quadrature)->context, *quadrature);
-    *quadrature = NULL;
-}
-
-static size_t larger(size_t a, size_t b)
-{
-    return a > b ? a : b;
-}
-
-hpr_status hpr_block_scratch_create_for(hpr_context *ctx, int degree, hpr_block_scratch **scratch)
-{
-    size_t n = (size_t)(degree + 1) * (size_t)(degree + 1);
-    size_t matrices = larger(3 * n * n, larger(hpr_parallel_scratch(degree), hpr_aligned_scratch(degree)));
-    size_t room = n * HPR_POINTS_MAX + 3 * n * n + matrices;
-    hpr_status status =
-        hpr_allocate_into(ctx, scratch, 1, sizeof **scratch + room * sizeof(double), "quadrature scratch");
-    if (status != HPR_OK)
-        return status;
-    hpr_block_scratch *s = *scratch;
-    s->context = ctx;
-    s->inner_basis = s->room;
-    s->part = s->inner_basis + n * HPR_POINTS_MAX;
-    s->inside[0] = s->part + n * n;
-    s->inside[1] = s->inside[0] + n * n;
-    s->matrices = s->inside[1] + n * n;
-    return HPR_OK;
-}
-
-hpr_status hpr_block_scratch_create(hpr_context *ctx, hpr_block_scratch **scratch)
-{
-    return hpr_block_scratch_create_for(ctx, HPR_MAX_DEGREE, scratch);
-}
-
-void hpr_block_scratch_destroy(hpr_block_scratch **scratch)
-{
-    if (*scratch)
-        hpr_release((*scratch)->context, *scratch);
-    *scratch = NULL;
-}
-
-typedef struct evaluation {
-    const hpr_quadrature *quadrature;
-    const hpr_block_task *task;
-    const hpr_pair *pair;
-    double scale; /* from metres to the pair's unit of length */
-    size_t n_recv, n_send;
-    double *block;
-    /* of the block's sum and of those that homotheties are to be applied to: estimated error, and the sum of
-     * what the rules contribute at most to an entry */
-    double error[3], size[3];
-    bool sampled;  /* visibility, by rays */
-    bool spent;    /* the budget of evaluations */
-    bool complete; /* no rule stopped short */
-    hpr_block_scratch *scratch;
-    hpr_block_result *result;
-    const hpr_rule *rule; /* the one whose points are added */
-    hpr_sampled rays;
-} evaluation;
+#include "quadrature/evaluation.h"
 
 static void kernel_row(const hpr_points *from, int i, const hpr_points *to, double scale, double *kernel)
 {
@@ -112,68 +11,22 @@ static void kernel_row(const hpr_points *from, int i, const hpr_points *to, doub
     }
 }
 
-/* Points of a frame in scene coordinates. */
-static void scene_point(const hpr_element_frame *frame, double s, double t, double point[3])
+/* sum over `count` inner points from the first on of kernel * phi_l */
+static void transport(hpr_block_scratch *scratch, const hpr_group_side *inner, size_t first, size_t count)
 {
-    hpr_vec3_store(point, hpr_frame_point(frame, s, t));
-}
-
-/* One side of a group in the evaluation: `outer` is gone through point by point, all of `inner` for each. */
-typedef struct group_side {
-    const hpr_points *points;
-    const hpr_element_frame *frame;
-    size_t basis_count;
-    const hpr_cell *cell; /* of a product rule, with its nodes */
-    const int *nodes;
-} group_side;
-
-/* Where the ray of a point begins or ends. */
-static void ray_end(const evaluation *e, const group_side *side, int index, const double random[2],
-                    double point[3])
-{
-    double s = side->points->s[index], t = side->points->t[index];
-    if (e->rule->kind == HPR_RULE_PRODUCT)
-        hpr_sampled_place(e->quadrature->gauss, side->cell, side->nodes, index, random, &s, &t);
-    scene_point(side->frame, s, t, point);
-}
-
-/* Zeroes the kernel where the ray is blocked. */
-static void sample_visibility(evaluation *e, const group_side *outer, int i, const group_side *inner,
-                              double *kernel)
-{
-    double x[3], y[3], random[4];
-    for (int j = 0; j < inner->points->count; j++) {
-        hpr_sampled_random(e->task->seed, e->result->ray_count++, random);
-        ray_end(e, outer, i, random, x);
-        ray_end(e, inner, j, random + 2, y);
-        e->rays.weight += kernel[j];
-        e->rays.square += kernel[j] * kernel[j];
-        if (hpr_visibility_blocked(e->task->visibility, x, y, e->task->blockers, e->task->blocker_count))
-            kernel[j] = 0;
-        e->rays.seen += kernel[j];
-    }
-}
-
-/* sum over inner points of kernel * phi_l, in four interleaved sums. */
-static void transport(const hpr_block_scratch *scratch, const group_side *inner, double *transported)
-{
-    size_t count = (size_t)inner->points->count, whole = count - count % 4;
-    const double *kernel = scratch->kernel;
+    const double *kernel = scratch->kernel + first;
+    hpr_frame_basis_many(HPR_ISA_SSE2, inner->frame, count, inner->points->s + first,
+                         inner->points->t + first, HPR_TABLE_POINTS, scratch->moments.basis,
+                         scratch->moments.recurrences);
     for (size_t l = 0; l < inner->basis_count; l++) {
-        const double *basis = scratch->inner_basis + l * count;
-        double sum[4] = {0, 0, 0, 0};
-        for (size_t j = 0; j < whole; j += 4) {
-            for (size_t k = 0; k < 4; k++)
-                sum[k] += kernel[j + k] * basis[j + k];
-        }
-        for (size_t j = whole; j < count; j++)
-            sum[0] += kernel[j] * basis[j];
-        transported[l] = (sum[0] + sum[1]) + (sum[2] + sum[3]);
+        const double *basis = scratch->moments.basis + l * HPR_TABLE_POINTS;
+        for (size_t j = 0; j < count; j++)
+            scratch->transported[l] += kernel[j] * basis[j];
     }
 }
 
 /* part += left rightT, left [n_recv], right [n_send] */
-static void add_product(const evaluation *e, const double *left, const double *right)
+static void add_product(const hpr_evaluation *e, const double *left, const double *right)
 {
     for (size_t k = 0; k < e->n_recv; k++) {
         for (size_t l = 0; l < e->n_send; l++)
@@ -183,266 +36,33 @@ static void add_product(const evaluation *e, const double *left, const double *r
 
 static void add_group(void *user, const hpr_group *group)
 {
-    evaluation *e = user;
+    hpr_evaluation *e = user;
     hpr_block_scratch *scratch = e->scratch;
-    const hpr_rule *rule = e->rule;
-    const group_side recv = {&group->recv, &e->task->recv, e->n_recv, &rule->recv, rule->recv_nodes};
-    const group_side send = {&group->send, &e->task->send, e->n_send, &rule->send, rule->send_nodes};
     /* Each outer point costs an update of the whole block, so the side with fewer points is the outer one. */
     bool by_recv = group->recv.count <= group->send.count;
-    const group_side *outer = by_recv ? &recv : &send, *inner = by_recv ? &send : &recv;
+    const hpr_group_sides sides = hpr_evaluation_sides(e, group, by_recv);
+    const hpr_group_side *outer = &sides.outer, *inner = &sides.inner;
     const double scale = group->scale / 3.14159265358979323846;
     size_t count = (size_t)inner->points->count;
-    hpr_frame_basis_many(inner->frame, count, inner->points->s, inner->points->t, count, scratch->inner_basis,
-                         scratch->recurrences);
     for (int i = 0; i < outer->points->count; i++) {
         kernel_row(outer->points, i, inner->points, scale * outer->points->weight[i], scratch->kernel);
         if (e->sampled)
-            sample_visibility(e, outer, i, inner, scratch->kernel);
-        transport(scratch, inner, scratch->transported);
+            hpr_evaluation_sample(e, outer, i, inner, scratch->kernel);
+        for (size_t l = 0; l < inner->basis_count; l++)
+            scratch->transported[l] = 0;
+        for (size_t first = 0; first < count; first += HPR_TABLE_POINTS)
+            transport(scratch, inner, first,
+                      count - first < HPR_TABLE_POINTS ? count - first : HPR_TABLE_POINTS);
         hpr_frame_basis(outer->frame, outer->points->s[i], outer->points->t[i], scratch->outer_basis);
         add_product(e, by_recv ? scratch->outer_basis : scratch->transported,
                     by_recv ? scratch->transported : scratch->outer_basis);
     }
-    e->result->kernel_count += (uint64_t)recv.points->count * (uint64_t)send.points->count;
+    e->result->kernel_count += (uint64_t)group->recv.count * (uint64_t)group->send.count;
 }
 
-static double largest(const double *entry, size_t count)
+static void nothing(hpr_evaluation *e)
 {
-    double most = 0;
-    for (size_t i = 0; i < count; i++)
-        most = fmax(most, fabs(entry[i]));
-    return most;
+    (void)e;
 }
 
-static void add(double *to, const double *from, size_t count)
-{
-    for (size_t i = 0; i < count; i++)
-        to[i] += from[i];
-}
-
-/* A rule of the same kind with few points, for when the budget is spent. */
-static hpr_rule rough(const hpr_rule *rule)
-{
-    static const double tolerance = 1e-2, error = 2; /* of what it contributes */
-    hpr_rule few = *rule;
-    int *nodes[] = {few.recv_nodes,   few.recv_nodes + 1,   few.send_nodes,    few.send_nodes + 1,
-                    few.nested.nodes, few.nested.nodes + 1, &few.kernel_nodes, &few.scale_nodes};
-    for (size_t i = 0; i < sizeof nodes / sizeof *nodes; i++)
-        *nodes[i] = *nodes[i] > 2 ? 2 : *nodes[i];
-    few.tolerance = fmax(few.tolerance, tolerance);
-    few.nested.tolerance = fmax(few.nested.tolerance, tolerance);
-    few.error = fmax(few.error, error);
-    return few;
-}
-
-static void add_rule(void *user, const hpr_rule *chosen)
-{
-    evaluation *e = user;
-    size_t count = e->n_recv * e->n_send;
-    const hpr_rule few = rough(chosen);
-    e->spent |=
-        e->result->kernel_count >= (e->task->kernel_limit ? e->task->kernel_limit : HPR_BLOCK_KERNELS);
-    const hpr_rule *rule = e->spent ? &few : chosen;
-    int level = rule->kind == HPR_RULE_NESTED ? rule->nested.homothety : 0;
-    e->rule = rule;
-    memset(e->scratch->part, 0, count * sizeof(double));
-    if (rule->kind == HPR_RULE_PARALLEL)
-        e->result->kernel_count +=
-            hpr_parallel_add(e->quadrature->gauss, e->pair, &rule->parallel, rule->tolerance,
-                             &e->scratch->points, e->scratch->part, e->scratch->matrices);
-    else if (rule->kind == HPR_RULE_ALIGNED)
-        e->complete &= hpr_aligned_add(e->quadrature->gauss, e->pair, &rule->aligned, rule->tolerance,
-                                       e->scratch->part, e->scratch->matrices, &e->result->kernel_count);
-    else
-        hpr_rule_points(e->quadrature->gauss, e->pair, rule, &e->scratch->points, add_group, e);
-    add(level ? e->scratch->inside[level - 1] : e->block, e->scratch->part, count);
-    double most = largest(e->scratch->part, count);
-    e->error[level] += rule->error * most;
-    e->size[level] += most;
-}
-
-/* Applies homothety `level` to its sum. Errors grow as the sum itself does. */
-static void apply_homothety(evaluation *e, int level, const hpr_centre *centre)
-{
-    hpr_block_scratch *scratch = e->scratch;
-    size_t count = e->n_recv * e->n_send;
-    const double *inside = scratch->inside[level - 1];
-    double *part = scratch->part;
-    memset(part, 0, count * sizeof *part);
-    hpr_homothety_apply(e->quadrature->gauss, e->pair, centre, level == 1, inside, part, scratch->matrices);
-    double before = largest(inside, count), grown = before > 0 ? largest(part, count) / before : 0;
-    add(level == 2 ? scratch->inside[0] : e->block, part, count);
-    e->error[level - 1] += grown * e->error[level];
-    e->size[level - 1] += grown * e->size[level];
-}
-
-/* From parameter measure to area, and from phi to T. */
-static double area_factor(const hpr_element_frame *frame)
-{
-    return hpr_frame_jacobian(frame) * hpr_frame_scale(frame);
-}
-
-/* A frame in other units of length. */
-static hpr_element_frame rescaled(const hpr_element_frame *frame, double scale)
-{
-    hpr_element_frame f = *frame;
-    f.origin = hpr_scale(f.origin, scale);
-    f.edge1 = hpr_scale(f.edge1, scale);
-    f.edge2 = hpr_scale(f.edge2, scale);
-    f.area_m2 *= scale * scale;
-    return f;
-}
-
-/* A power of two that makes the longer edges about 1 long, so that no fourth power of a distance runs over.
- */
-static double unit_scale(const hpr_block_task *task)
-{
-    double longest = fmax(fmax(hpr_length(task->recv.edge1), hpr_length(task->recv.edge2)),
-                          fmax(hpr_length(task->send.edge1), hpr_length(task->send.edge2)));
-    return longest > 0 && longest < INFINITY ? ldexp(1, -ilogb(longest)) : 1;
-}
-
-/* phi_0, for T_0 = 1 / sqrt(A). */
-static double first_value(const hpr_element_frame *frame)
-{
-    return 1 / (sqrt(frame->area_m2) * hpr_frame_scale(frame));
-}
-
-void hpr_block_set_blockers(const hpr_block_task *task, double scale, hpr_pair *pair, hpr_convex *outline)
-{
-    const hpr_convex *all = hpr_visibility_outlines(task->visibility);
-    for (size_t i = 0; i < task->blocker_count; i++) {
-        const hpr_convex *whole = &all[task->blockers[i]];
-        outline[i].count = whole->count;
-        for (int k = 0; k < whole->count; k++)
-            outline[i].corner[k] = hpr_scale(hpr_sub(whole->corner[k], task->recv.origin), scale);
-    }
-    pair->blocker = outline;
-    pair->blocker_count = (int)task->blocker_count;
-}
-
-/*
- * A view through a slit no wider than the distance over which points count as touching is no view: the faces
- * of a closed box whose corners are rounded to float32 leave such slits. Bound: K^00 of the slit's share of
- * the smaller element, all of it seen squarely from the distance of the two centres.
- */
-static double slit_block(const hpr_pair *pair, double contact)
-{
-    static const double slits = 4;
-    const hpr_element_frame *recv = &pair->recv, *send = &pair->send;
-    double smaller = fmin(recv->area_m2, send->area_m2);
-    hpr_vec3 gap = hpr_sub(hpr_frame_point(recv, 0.5, 0.5), hpr_frame_point(send, 0.5, 0.5));
-    double square = fmax(hpr_dot(gap, gap), smaller);
-    return slits * contact / sqrt(smaller) * sqrt(recv->area_m2 * send->area_m2) /
-           (3.14159265358979323846 * square);
-}
-
-/* Standard error of block[0] / factor. */
-static double sampling_error(const evaluation *e)
-{
-    return first_value(&e->task->recv) * first_value(&e->task->send) * hpr_sampled_error(&e->rays);
-}
-
-/* Blockers and parts, and what is to be reached. */
-static hpr_rule_demand prepare(evaluation *e, hpr_pair *pair)
-{
-    /* Sampled visibility errs by a part in the number of rays; finer rules for the kernel would be wasted. */
-    static const double sampled_tolerance = 1e-3;
-    const hpr_block_task *task = e->task;
-    hpr_rule_demand demand = {.tolerance = task->tolerance,
-                              .negligible = task->negligible,
-                              .contact_m = task->contact_m * e->scale,
-                              .least_nodes = 1};
-    bool clip = task->clip && task->blocker_count <= HPR_CLIP_BLOCKERS;
-    e->sampled = task->blocker_count && !clip;
-    if (e->sampled) {
-        int degree = task->recv.degree > task->send.degree ? task->recv.degree : task->send.degree;
-        bool parts = task->recv_part_count || task->send_part_count;
-        demand.tolerance = fmax(task->tolerance, sampled_tolerance);
-        /* parts are many cells, each with nodes of its own */
-        demand.least_nodes = task->ray_nodes > 0 ? task->ray_nodes : parts ? 2 : degree > 1 ? degree + 2 : 3;
-    } else if (task->blocker_count)
-        hpr_block_set_blockers(task, e->scale, pair, e->scratch->blocker);
-    pair->recv_part = task->recv_part;
-    pair->send_part = task->send_part;
-    pair->recv_part_count = task->recv_part_count;
-    pair->send_part_count = task->send_part_count;
-    return demand;
-}
-
-/* The two parts of the estimated error of a block. */
-typedef struct estimate {
-    double quadrature, rounding;
-} estimate;
-
-static estimate estimate_of(const evaluation *e, const hpr_rule_outcome *outcome, double factor,
-                            double exchange)
-{
-    /* Of 30000 random pairs one in 500 errs by more than this part of the rules' bounds. */
-    static const double observed = 0.4;
-    double size = factor * e->size[0] + exchange;
-    return (estimate){outcome->error + factor * observed * e->error[0] +
-                          (e->sampled ? factor * sampling_error(e) : 0),
-                      outcome->rounding * size + fmin(outcome->flat * size, outcome->swept)};
-}
-
-static hpr_block_status status_of(const evaluation *e, const estimate *error, bool complete)
-{
-    double most = largest(e->block, e->n_recv * e->n_send);
-    double allowed = fmax(e->task->tolerance * most, e->task->negligible);
-    if (e->sampled)
-        return HPR_BLOCK_SAMPLED;
-    if (!complete || error->quadrature > fmax(allowed, error->rounding))
-        return HPR_BLOCK_SHORT;
-    return error->quadrature + error->rounding > allowed ? HPR_BLOCK_ROUNDED : HPR_BLOCK_WITHIN;
-}
-
-hpr_block_result hpr_block_ref(const hpr_quadrature *quadrature, const hpr_block_task *task, double *block,
-                               hpr_block_scratch *scratch)
-{
-    hpr_block_result result = {0};
-    hpr_pair pair;
-    double scale = unit_scale(task);
-    const hpr_element_frame recv = rescaled(&task->recv, scale), send = rescaled(&task->send, scale);
-    hpr_pair_init(&pair, &recv, &send);
-    if (!task->blocker_count)
-        hpr_pair_flatten(&pair, task->contact_m * scale);
-    evaluation e = {.quadrature = quadrature,
-                    .task = task,
-                    .pair = &pair,
-                    .scale = scale,
-                    .n_recv = hpr_basis_count(task->recv.shape, task->recv.degree),
-                    .n_send = hpr_basis_count(task->send.shape, task->send.degree),
-                    .block = block,
-                    .scratch = scratch,
-                    .complete = true,
-                    .result = &result};
-    size_t count = e.n_recv * e.n_send;
-    memset(block, 0, count * sizeof *block);
-    for (int k = 0; k < 2; k++)
-        memset(scratch->inside[k], 0, count * sizeof *block);
-    hpr_rule_demand demand = prepare(&e, &pair);
-    hpr_rule_outcome outcome =
-        hpr_rules_choose(quadrature->gauss, &pair, &demand, &scratch->choice, add_rule, &e);
-    for (int level = outcome.centre_count; level > 0; level--)
-        apply_homothety(&e, level, &outcome.centre[level - 1]);
-    double factor = area_factor(&recv) * area_factor(&send);
-    double exchange = outcome.exchange_m2 / sqrt(recv.area_m2 * send.area_m2);
-    for (size_t i = 0; i < count; i++)
-        block[i] *= factor;
-    if (e.sampled)
-        result.sampling_error = factor * sampling_error(&e);
-    block[0] += exchange;
-    bool by_parts = pair.blocker_count || pair.recv_part_count || pair.send_part_count;
-    result.seen = outcome.seen && !(by_parts && block[0] <= slit_block(&pair, demand.contact_m));
-    if (!result.seen)
-        memset(block, 0, count * sizeof *block);
-    estimate error = {0, 0};
-    if (result.seen)
-        error = estimate_of(&e, &outcome, factor, exchange);
-    result.error = error.quadrature + error.rounding;
-    result.status = status_of(&e, &error, e.complete && !outcome.stopped_short && !e.spent);
-    result.clip_count = outcome.clip_count;
-    return result;
-}
+const hpr_evaluator hpr_evaluator_simple = {nothing, add_group, nothing};

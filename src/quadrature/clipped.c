@@ -6,6 +6,7 @@
  * Gigus & Malik 1990). At tight tolerances the outer polygon is cut along these lines; then boxes are halved
  * until the integrals of the constant and of the two linear functions are resolved.
  */
+#include "quadrature/between.h"
 #include "quadrature/cuts.h"
 #include "quadrature/events.h"
 #include "quadrature/rule.h"
@@ -37,11 +38,15 @@ static moments box_moments(clipped *c, const hpr_cell *cell, const hpr_box *box)
 {
     moments sum = {{0}};
     bool complete = true;
+    hpr_vec3 corner[4];
+    hpr_between memory;
+    int corners = hpr_outer_corners(c->outer, cell, box, corner);
+    const hpr_pair past = hpr_between_choose(c->pair, corner, corners, &c->outline, &memory);
     c->box_count++;
     for (int k = 0; k < c->nodes * c->nodes; k++) {
         hpr_outer_point x = hpr_outer_at(c->gauss, c->outer, cell, box, c->nodes, k);
         double value =
-            x.weight * hpr_inner_fraction(c->pair, c->outer, c->inner, &c->outline, x.position, &complete);
+            x.weight * hpr_inner_fraction(&past, c->outer, c->inner, &c->outline, x.position, &complete);
         sum.of[0] += value;
         sum.of[1] += value * (2 * x.s - 1);
         sum.of[2] += value * (2 * x.t - 1);

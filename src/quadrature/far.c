@@ -1,6 +1,7 @@
 #include "quadrature/far.h"
 
 #include "math/gauss.h"
+#include "math/lanes.h"
 #include "math/planar_basis.h"
 
 #include <string.h>
@@ -232,16 +233,80 @@ static node_set set_of(const hpr_far *tables, const hpr_element_frame *frame, do
 }
 
 /* One row of G, and the sum of the squares with weights. */
-static double kernel_row(const side *recv, size_t p, const side *send, double *kernel)
+HPR_LANES_BODY double kernel_row(bool fused, const side *recv, size_t p, const side *send, double *kernel)
 {
-    double sum2 = 0, x = recv->x[p], y = recv->y[p], z = recv->z[p], h = recv->height[p];
-    for (size_t q = 0; q < send->set->point_count; q++) {
-        double dx = send->x[q] - x, dy = send->y[q] - y, dz = send->z[q] - z;
+    const size_t count = send->set->point_count, whole = count - count % HPR_LANES;
+    const double *weight = send->set->weight, at[4] = {recv->x[p], recv->y[p], recv->z[p], recv->height[p]};
+    const hpr_lanes x = hpr_lanes_of(at[0]), y = hpr_lanes_of(at[1]), z = hpr_lanes_of(at[2]),
+                    h = hpr_lanes_of(at[3]);
+    hpr_lanes squares = hpr_lanes_of(0);
+    for (size_t q = 0; q < whole; q += HPR_LANES) {
+        hpr_lanes dx = hpr_lanes_load(send->x + q) - x, dy = hpr_lanes_load(send->y + q) - y,
+                  dz = hpr_lanes_load(send->z + q) - z;
+        hpr_lanes r2 = hpr_lanes_madd(fused, dx, dx, hpr_lanes_madd(fused, dy, dy, dz * dz));
+        hpr_lanes k = h * hpr_lanes_load(send->height + q) / (r2 * r2);
+        squares = hpr_lanes_madd(fused, hpr_lanes_load(weight + q) * k, k, squares);
+        hpr_lanes_store(kernel + q, k);
+    }
+    double sum2 = 0;
+    for (int k = 0; k < HPR_LANES; k++)
+        sum2 += squares[k];
+    for (size_t q = whole; q < count; q++) {
+        double dx = send->x[q] - at[0], dy = send->y[q] - at[1], dz = send->z[q] - at[2];
         double r2 = dx * dx + dy * dy + dz * dz;
-        kernel[q] = h * send->height[q] / (r2 * r2);
-        sum2 += send->set->weight[q] * kernel[q] * kernel[q];
+        kernel[q] = at[3] * send->height[q] / (r2 * r2);
+        sum2 += weight[q] * kernel[q] * kernel[q];
     }
     return recv->set->weight[p] * sum2;
+}
+
+/* Sums of squares of G, G P_s and P_r G P_s. */
+typedef struct squares {
+    double all, sent, carried;
+} squares;
+
+/* block [rows][columns] = sum over the points of both; kernel, row: scratch for a row of points and of
+ * functions */
+HPR_LANES_BODY squares sum_body(bool fused, const side *r, const side *s, double *restrict block,
+                                double *kernel, double *restrict row)
+{
+    const size_t rows = r->set->basis_count, columns = s->set->basis_count;
+    squares sum = {0, 0, 0};
+    memset(block, 0, rows * columns * sizeof *block);
+    for (size_t p = 0; p < r->set->point_count; p++) {
+        sum.all += kernel_row(fused, r, p, s, kernel);
+        memset(row, 0, columns * sizeof *row);
+        for (size_t q = 0; q < s->set->point_count; q++) {
+            for (size_t l = 0; l < columns; l++)
+                row[l] += kernel[q] * s->set->phi[q * columns + l];
+        }
+        for (size_t l = 0; l < columns; l++)
+            sum.sent += r->set->weight[p] * row[l] * row[l];
+        for (size_t k = 0; k < rows; k++) {
+            for (size_t l = 0; l < columns; l++)
+                block[k * columns + l] += r->set->phi[p * rows + k] * row[l];
+        }
+    }
+    for (size_t i = 0; i < rows * columns; i++)
+        sum.carried += block[i] * block[i];
+    return sum;
+}
+
+static squares sum_sse2(const side *r, const side *s, double *block, double *kernel, double *row)
+{
+    return sum_body(false, r, s, block, kernel, row);
+}
+
+static HPR_TARGET_AVX2 squares sum_avx2(const side *r, const side *s, double *block, double *kernel,
+                                        double *row)
+{
+    return sum_body(true, r, s, block, kernel, row);
+}
+
+static HPR_TARGET_AVX512 squares sum_avx512(const side *r, const side *s, double *block, double *kernel,
+                                            double *row)
+{
+    return sum_body(true, r, s, block, kernel, row);
 }
 
 hpr_far_result hpr_far_block(const hpr_far *tables, const hpr_element_frame *recv,
@@ -259,29 +324,14 @@ hpr_far_result hpr_far_block(const hpr_far *tables, const hpr_element_frame *rec
     side s = place_points(send_set, send, recv, recv->origin, next);
     next += 4 * send_set->point_count;
     double *kernel = next, *row = next + send_set->point_count;
-    size_t rows = recv_set->basis_count, columns = send_set->basis_count;
-    double sum2 = 0, sent2 = 0, carried2 = 0, factor = r.factor * s.factor / pi; /* of G, G P_s, P_r G P_s */
-    memset(block, 0, rows * columns * sizeof *block);
-    for (size_t p = 0; p < recv_set->point_count; p++) {
-        sum2 += kernel_row(&r, p, &s, kernel);
-        memset(row, 0, columns * sizeof *row);
-        for (size_t q = 0; q < send_set->point_count; q++) {
-            for (size_t l = 0; l < columns; l++)
-                row[l] += kernel[q] * send_set->phi[q * columns + l];
-        }
-        for (size_t l = 0; l < columns; l++)
-            sent2 += recv_set->weight[p] * row[l] * row[l];
-        for (size_t k = 0; k < rows; k++) {
-            for (size_t l = 0; l < columns; l++)
-                block[k * columns + l] += recv_set->phi[p * rows + k] * row[l];
-        }
-    }
-    for (size_t i = 0; i < rows * columns; i++) {
-        carried2 += block[i] * block[i];
+    static squares (*const sum_of[])(const side *, const side *, double *, double *, double *) = {
+        [HPR_ISA_SSE2] = sum_sse2, [HPR_ISA_AVX2] = sum_avx2, [HPR_ISA_AVX512] = sum_avx512};
+    const squares sum = sum_of[hpr_context_isa_level(tables->context)](&r, &s, block, kernel, row);
+    double factor = r.factor * s.factor / pi;
+    for (size_t i = 0; i < recv_set->basis_count * send_set->basis_count; i++)
         block[i] *= factor;
-    }
-    return (hpr_far_result){.norm = factor * sqrt(sum2),
-                            .recv_error = factor * sqrt(fmax(sent2 - carried2, 0)),
-                            .send_error = factor * sqrt(fmax(sum2 - sent2, 0)),
+    return (hpr_far_result){.norm = factor * sqrt(sum.all),
+                            .recv_error = factor * sqrt(fmax(sum.sent - sum.carried, 0)),
+                            .send_error = factor * sqrt(fmax(sum.all - sum.sent, 0)),
                             .kernel_count = recv_set->point_count * send_set->point_count};
 }

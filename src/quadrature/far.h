@@ -62,7 +62,7 @@ typedef struct hpr_far_result {
 size_t hpr_far_scratch(void);
 
 /*
- * The block of hpr_block_ref for such a pair by product Gauss with degree + 2 nodes per axis (of a
+ * The block of hpr_block for such a pair by product Gauss with degree + 2 nodes per axis (of a
  * quadrilateral through the bilinear map), row-major [n_recv x n_send]. Its own error is about what degrees
  * higher by HPR_FAR_EXCESS leave out. Concurrent calls allowed with distinct block and scratch.
  */

@@ -53,13 +53,13 @@ void hpr_frame_basis(const hpr_element_frame *frame, double s, double t, double 
         values[0] = 1 / sqrt(hpr_frame_measure(frame));
 }
 
-void hpr_frame_basis_many(const hpr_element_frame *frame, size_t count, const double *s, const double *t,
-                          size_t stride, double *values, double *scratch)
+void hpr_frame_basis_many(hpr_isa isa, const hpr_element_frame *frame, size_t count, const double *s,
+                          const double *t, size_t stride, double *values, double *scratch)
 {
     if (frame->shape != HPR_SHAPE_QUADRILATERAL) {
-        hpr_basis_many(frame->shape, frame->degree, count, s, t, stride, values, scratch);
+        hpr_basis_many(isa, frame->shape, frame->degree, count, s, t, stride, values, scratch);
     } else if (frame->degree > 0) {
-        hpr_planar_many(frame->recurrence, frame->degree, count, s, t, stride, values);
+        hpr_planar_many(isa, frame->recurrence, frame->degree, count, s, t, stride, values);
     } else {
         for (size_t k = 0; k < count; k++)
             values[k] = 1 / sqrt(hpr_frame_measure(frame));
@@ -75,6 +75,7 @@ double hpr_frame_scale(const hpr_element_frame *frame)
 void hpr_pair_init(hpr_pair *pair, const hpr_element_frame *recv, const hpr_element_frame *send)
 {
     pair->blocker = NULL;
+    pair->chosen = NULL;
     pair->blocker_count = 0;
     pair->recv_part = pair->send_part = NULL;
     pair->recv_part_count = pair->send_part_count = 0;
@@ -179,8 +180,8 @@ double hpr_inner_fraction(const hpr_pair *pair, const hpr_element_frame *outer,
 {
     if (pair->blocker_count) {
         hpr_visible visible;
-        *complete &= hpr_visible_part(point, polygon, inner->normal, pair->blocker, NULL, pair->blocker_count,
-                                      &visible);
+        *complete &= hpr_visible_part(point, polygon, inner->normal, pair->blocker, pair->chosen,
+                                      pair->blocker_count, &visible);
         return hpr_visible_fraction(outer->normal, &visible);
     }
     double x[3], normal[3], corner[HPR_VISIBLE_CORNERS][3];

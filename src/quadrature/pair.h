@@ -24,8 +24,8 @@ double hpr_frame_jacobian(const hpr_element_frame *frame);
 
 /* hpr_basis_eval, hpr_basis_many and hpr_basis_scale for any shape. Thread-safe. */
 void hpr_frame_basis(const hpr_element_frame *frame, double s, double t, double *values);
-void hpr_frame_basis_many(const hpr_element_frame *frame, size_t count, const double *s, const double *t,
-                          size_t stride, double *values, double *scratch);
+void hpr_frame_basis_many(hpr_isa isa, const hpr_element_frame *frame, size_t count, const double *s,
+                          const double *t, size_t stride, double *values, double *scratch);
 double hpr_frame_scale(const hpr_element_frame *frame);
 
 /* The frame of a node, and that of a leaf. */
@@ -53,6 +53,9 @@ typedef struct hpr_affine {
     double at_origin, along1, along2;
 } hpr_affine;
 
+/* At most so many blockers are clipped out. */
+enum { HPR_CLIP_BLOCKERS = 64 };
+
 /* receiver r and sender s, moved so that the receiver's origin is 0. */
 typedef struct hpr_pair {
     hpr_element_frame recv, send;
@@ -61,6 +64,7 @@ typedef struct hpr_pair {
     /* Polygons that come between and are to be clipped out exactly; none: wholly visible. Borrowed, moved
      * like the pair. */
     const hpr_convex *blocker;
+    const uint32_t *chosen; /* which of them, blocker_count; NULL: all */
     int blocker_count;
     /* Convex parts of the elements that are integrated over instead of all of them; 0: all. Borrowed. */
     const hpr_polygon *recv_part, *send_part;

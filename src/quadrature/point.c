@@ -1,6 +1,7 @@
 #include "quadrature/point.h"
 
 #include "quadrature/cuts.h"
+#include "quadrature/products.h"
 #include "quadrature/rule.h"
 
 #include <math.h>
@@ -9,21 +10,29 @@
 struct hpr_point_scratch {
     hpr_context *context;
     hpr_group points;
+    hpr_moment_scratch moments;
+    double kernel[HPR_POINTS_ROOM], basis[HPR_MAX_BASIS * HPR_TABLE_POINTS];
     hpr_convex blocker[HPR_CLIP_BLOCKERS];
 };
 
-hpr_status hpr_point_scratch_create(hpr_context *ctx, hpr_point_scratch **scratch)
+hpr_status hpr_point_scratch_create(hpr_context *ctx, hpr_point_scratch **out)
 {
-    hpr_status status = hpr_allocate_into(ctx, scratch, 1, sizeof **scratch, "quadrature scratch");
-    if (status == HPR_OK)
-        (*scratch)->context = ctx;
+    hpr_point_scratch *scratch = NULL;
+    hpr_status status = hpr_allocate_aligned(ctx, &scratch, sizeof *scratch, _Alignof(hpr_point_scratch),
+                                             "quadrature scratch");
+    if (status == HPR_OK) {
+        scratch->context = ctx;
+        scratch->moments.basis = scratch->basis;
+        scratch->points.isa = hpr_context_isa_level(ctx);
+    }
+    *out = scratch;
     return status;
 }
 
 void hpr_point_scratch_destroy(hpr_point_scratch **scratch)
 {
     if (*scratch)
-        hpr_release((*scratch)->context, *scratch);
+        hpr_release_aligned((*scratch)->context, *scratch);
     *scratch = NULL;
 }
 
@@ -32,6 +41,7 @@ typedef struct arrival {
     double at[2], factor;
     bool by_rays;
     double *row;
+    hpr_point_scratch *scratch;
     hpr_block_result *result;
 } arrival;
 
@@ -48,20 +58,16 @@ static bool is_hidden(const arrival *a, double s, double t)
 static void add_group(void *user, const hpr_group *group)
 {
     const arrival *a = user;
-    const hpr_points *x = &group->recv, *y = &group->send;
-    const hpr_element_frame *send = &a->task->send;
-    size_t count = hpr_basis_count(send->shape, send->degree);
-    double basis[HPR_MAX_BASIS];
-    for (int j = 0; j < y->count; j++) {
-        double dx = y->x[j] - x->x[0], dy = y->y[j] - x->y[0], dz = y->z[j] - x->z[0];
-        double r2 = dx * dx + dy * dy + dz * dz;
-        if (a->by_rays && is_hidden(a, y->s[j], y->t[j]))
-            continue;
-        double kernel = a->factor * group->scale * x->weight[0] * y->weight[j] / (r2 * r2);
-        hpr_frame_basis(send, y->s[j], y->t[j], basis);
-        for (size_t l = 0; l < count; l++)
-            a->row[l] += kernel * basis[l];
+    hpr_point_scratch *scratch = a->scratch;
+    hpr_points *y = &scratch->points.send;
+    hpr_points_pad(y);
+    hpr_sums_of(group->isa)
+        ->kernel(&group->recv, 0, y, a->factor * group->scale * group->recv.weight[0], scratch->kernel);
+    for (int j = 0; j < y->count && a->by_rays; j++) {
+        if (is_hidden(a, y->s[j], y->t[j]))
+            scratch->kernel[j] = 0;
     }
+    hpr_own_moments(group->isa, &a->task->send, y, scratch->kernel, a->row, &scratch->moments);
     a->result->kernel_count += (uint64_t)y->count;
 }
 
@@ -116,6 +122,7 @@ void hpr_point_gather(const hpr_block_task *task, double s, double t, double *ro
                            (clip ? 1 / (tiny * tiny) : 1),
                  .by_rays = task->blocker_count > HPR_CLIP_BLOCKERS,
                  .row = row,
+                 .scratch = scratch,
                  .result = result};
     for (int i = 0; i < part_count; i++) {
         hpr_polygon front = hpr_polygon_half(&part[i], &pair.send_height, 1);

@@ -25,6 +25,19 @@ void hpr_rule_points(const hpr_gauss_table *gauss, const hpr_pair *pair, const h
     }
 }
 
+void hpr_points_pad(hpr_points *points)
+{
+    size_t count = (size_t)points->count, padded = hpr_lanes_padded(count);
+    for (size_t k = count; k < padded && count > 0; k++) {
+        points->s[k] = points->s[count - 1];
+        points->t[k] = points->t[count - 1];
+        points->x[k] = points->x[count - 1];
+        points->y[k] = points->y[count - 1];
+        points->z[k] = points->z[count - 1];
+        points->weight[k] = 0;
+    }
+}
+
 double hpr_group_sum(const hpr_group *group)
 {
     const hpr_points *a = &group->recv, *b = &group->send;
@@ -55,6 +68,19 @@ hpr_outer_point hpr_outer_at(const hpr_gauss_table *gauss, const hpr_element_fra
     point.weight = rule->weight[i] * rule->weight[j] * box->width[0] * box->width[1] * shrink * jacobian;
     point.position = hpr_frame_point(outer, point.s, point.t);
     return point;
+}
+
+int hpr_outer_corners(const hpr_element_frame *outer, const hpr_cell *cell, const hpr_box *box,
+                      hpr_vec3 corner[4])
+{
+    for (int i = 0; i < 4; i++) {
+        double v = box->low[1] + (i / 2) * box->width[1];
+        double a = box->low[0] + (i == 1 || i == 2) * box->width[0];
+        a *= cell->shape == HPR_SHAPE_TRIANGLE ? 1 - v : 1;
+        corner[i] = hpr_frame_point(outer, cell->origin[0] + a * cell->edge1[0] + v * cell->edge2[0],
+                                    cell->origin[1] + a * cell->edge1[1] + v * cell->edge2[1]);
+    }
+    return cell->shape == HPR_SHAPE_TRIANGLE && box->low[1] + box->width[1] >= 1 ? 3 : 4;
 }
 
 int hpr_polynomial_nodes(int degree, double tolerance)

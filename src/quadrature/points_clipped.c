@@ -3,13 +3,16 @@
  * triangles with Gauss points in collapsed coordinates; triangles that are large for their distance are
  * bisected. Outer points that see all of it share its inner points. Constants take Lambert's formula instead.
  */
+#include "quadrature/between.h"
 #include "quadrature/cuts.h"
+#include "quadrature/lanes_sums.h"
 #include "quadrature/rule.h"
 
 enum { MAX_HALVINGS = 48, CAP = 8 };
 
 typedef struct fan {
     const hpr_gauss_table *gauss;
+    const hpr_sums *sums;
     const hpr_element_frame *inner;
     hpr_vec3 outer_normal, x; /* x: the outer point, to which positions are relative */
     hpr_vec3 dual1, dual2;    /* s = dual1 . (y - origin), t = dual2 . (y - origin) */
@@ -28,32 +31,34 @@ static void flush(fan *f)
     f->points->count = 0;
 }
 
-static void add_point(const fan *f, hpr_vec3 y, double weight)
+/* Parameters, position and height over the outer plane of a point `y` from x, or of a difference. */
+static void set_values(const fan *f, hpr_vec3 y, hpr_vec3 offset, double value[6])
 {
-    hpr_points *points = f->points;
-    hpr_vec3 offset = hpr_sub(hpr_add(y, f->x), f->inner->origin);
-    int k = points->count++;
-    points->s[k] = hpr_dot(f->dual1, offset);
-    points->t[k] = hpr_dot(f->dual2, offset);
-    points->x[k] = y.x;
-    points->y[k] = y.y;
-    points->z[k] = y.z;
-    points->weight[k] = weight * fmax(hpr_dot(f->outer_normal, y), 0);
+    value[0] = hpr_dot(f->dual1, offset);
+    value[1] = hpr_dot(f->dual2, offset);
+    hpr_vec3_store(value + 2, y);
+    value[5] = hpr_dot(f->outer_normal, y);
 }
 
 static void add_gauss(fan *f, const hpr_vec3 corner[3], double area, int nodes)
 {
     const hpr_gauss_rule *along = &f->gauss->legendre[nodes], *across = &f->gauss->jacobi[nodes];
     hpr_vec3 e1 = hpr_sub(corner[1], corner[0]), e2 = hpr_sub(corner[2], corner[0]);
+    double at[6], by_u[6], by_v[6];
+    set_values(f, corner[0], hpr_add(corner[0], hpr_sub(f->x, f->inner->origin)), at);
+    set_values(f, e1, e1, by_u);
+    set_values(f, e2, e2, by_v);
     if (f->points->count + nodes * nodes > HPR_POINTS_MAX)
         flush(f);
+    hpr_point_line line = {.count = (size_t)nodes, .u = along->node, .weight = along->weight};
     for (int j = 0; j < nodes; j++) {
         double v = across->node[j];
-        for (int i = 0; i < nodes; i++) {
-            double u = along->node[i] * (1 - v);
-            add_point(f, hpr_madd(hpr_madd(corner[0], u, e1), v, e2),
-                      2 * area / f->jacobian * along->weight[i] * across->weight[j]);
+        for (int k = 0; k < 6; k++) {
+            line.at[k] = at[k] + v * by_v[k];
+            line.by[k] = (1 - v) * by_u[k];
         }
+        line.scale = 2 * area / f->jacobian * across->weight[j];
+        f->sums->line(&line, f->points);
     }
 }
 
@@ -89,7 +94,8 @@ static void add_triangle(fan *f, const hpr_vec3 corner[3], int depth)
 static bool polynomial_inner(fan *f, const hpr_pair *pair, const hpr_convex *outline, bool deferred)
 {
     hpr_visible visible;
-    hpr_visible_part(f->x, outline, f->inner->normal, pair->blocker, NULL, pair->blocker_count, &visible);
+    hpr_visible_part(f->x, outline, f->inner->normal, pair->blocker, pair->chosen, pair->blocker_count,
+                     &visible);
     if (visible.whole && deferred)
         return true;
     f->points->count = 0;
@@ -180,6 +186,7 @@ void hpr_points_clipped(const hpr_gauss_table *gauss, const hpr_pair *pair, cons
     hpr_vec3 across = hpr_cross(inner->edge1, inner->edge2);
     double square = hpr_dot(across, across);
     fan f = {.gauss = gauss,
+             .sums = hpr_sums_of(group->isa),
              .inner = inner,
              .outer_normal = outer->normal,
              .dual1 = hpr_scale(hpr_cross(inner->edge2, across), 1 / square),
@@ -194,6 +201,11 @@ void hpr_points_clipped(const hpr_gauss_table *gauss, const hpr_pair *pair, cons
     hpr_convex outline = {.count = rule->inner.count};
     for (int i = 0; i < outline.count; i++)
         outline.corner[i] = hpr_frame_point(inner, rule->inner.corner[i][0], rule->inner.corner[i][1]);
+    hpr_vec3 box_corner[4];
+    hpr_between memory;
+    int corners = hpr_outer_corners(outer, cell, &rule->box, box_corner);
+    const hpr_pair past =
+        nodes > 1 ? hpr_between_choose(pair, box_corner, corners, &outline, &memory) : *pair;
     group->scale = 1;
     bool sees_all[HPR_POINTS_MAX] = {false};
     int common = common_nodes(&f, outer, cell, &outline), all_count = 0;
@@ -204,10 +216,10 @@ void hpr_points_clipped(const hpr_gauss_table *gauss, const hpr_pair *pair, cons
             continue;
         f.x = x.position;
         if (rule->inner_degree == 0) {
-            constant_inner(&f, pair, outer, &outline, &x, outer_points);
+            constant_inner(&f, &past, outer, &outline, &x, outer_points);
         } else {
             set_one(outer_points, &x, x.weight * z);
-            sees_all[k] = polynomial_inner(&f, pair, &outline, common > 0);
+            sees_all[k] = polynomial_inner(&f, &past, &outline, common > 0);
             all_count += sees_all[k];
         }
     }

@@ -1,6 +1,9 @@
 #include "quadrature/polar.h"
 
 #include "quadrature/analytic.h"
+#include "quadrature/lanes_sums.h"
+
+#include <string.h>
 
 /* The points are seen from x; y0 is the nearest. */
 typedef struct view {
@@ -66,26 +69,27 @@ static ray make_ray(const hpr_polar *polar, hpr_vec3 direction)
     return (ray){direction, s, t, rise};
 }
 
-/* Points at the distances rho along a ray from y0. */
-static void add_points(const view *v, const ray *ray, int count, const double *rho, const double *weight)
+/* Points at the distances reach * part along a ray from y0, weights times `factor`; part and weight are read
+ * to the end of the last eight. */
+typedef struct ray_points {
+    int count;
+    double reach, factor;
+    const double *part, *weight;
+} ray_points;
+
+static void add_points(const view *v, const ray *ray, const ray_points *of)
 {
     const hpr_polar *polar = v->polar;
-    hpr_points *points = polar->points;
-    int first = points->count;
-    double *s = points->s + first, *t = points->t + first, *w = points->weight + first;
-    double *x = points->x + first, *y = points->y + first, *z = points->z + first;
-    const double s0 = polar->origin[0] + v->s0, t0 = polar->origin[1] + v->t0, height0 = v->height0;
-    const hpr_vec3 offset = v->offset, direction = ray->direction;
-    const double ds = ray->s, dt = ray->t, rise = ray->height;
-    for (int j = 0; j < count; j++) {
-        s[j] = s0 + rho[j] * ds;
-        t[j] = t0 + rho[j] * dt;
-        x[j] = offset.x + rho[j] * direction.x;
-        y[j] = offset.y + rho[j] * direction.y;
-        z[j] = offset.z + rho[j] * direction.z;
-        w[j] = weight[j] * (height0 + rho[j] * rise);
-    }
-    points->count += count;
+    const hpr_vec3 offset = v->offset, by = hpr_scale(ray->direction, of->reach);
+    const hpr_point_line line = {
+        .at = {polar->origin[0] + v->s0, polar->origin[1] + v->t0, offset.x, offset.y, offset.z, v->height0},
+        .by = {of->reach * ray->s, of->reach * ray->t, by.x, by.y, by.z, of->reach * ray->height},
+        .count = (size_t)of->count,
+        .u = of->part,
+        .weight = of->weight,
+        .scale = of->factor,
+        .least = -INFINITY};
+    hpr_sums_of(polar->group->isa)->line(&line, polar->points);
 }
 
 /* A triangle from y0 to an edge, and the part of it between two directions, by sigma. */
@@ -104,33 +108,42 @@ typedef struct steps {
     double part[HPR_NODES_MAX], weight[HPR_NODES_MAX]; /* weight: of part dpart */
 } steps;
 
+/* sinh and cosh at the nodes of a panel, up to the end of the last eight. */
+typedef struct hyperbola {
+    double sine[HPR_NODES_MAX], cosine[HPR_NODES_MAX];
+} hyperbola;
+
+static void hyperbola_at(const hpr_polar *polar, double low, double width, int nodes, hyperbola *at)
+{
+    hpr_sums_of(polar->group->isa)
+        ->hyperbolic(low, width, polar->gauss->legendre[nodes].node, (size_t)nodes, at->sine, at->cosine);
+}
+
 static void make_steps(const hpr_polar *polar, steps *st)
 {
-    const hpr_gauss_rule *gauss = &polar->gauss->legendre[st->nodes];
-    for (int j = 0; j < st->nodes; j++) {
-        double sine = sinh(st->low + st->width * gauss->node[j]);
-        st->part[j] = sine / st->top;
-        st->weight[j] = gauss->weight[j] * st->width * st->part[j] * sqrt(1 + sine * sine) / st->top;
+    hyperbola at;
+    hyperbola_at(polar, st->low, st->width, st->nodes, &at);
+    const double *weight = polar->gauss->legendre[st->nodes].weight, down = 1 / st->top;
+    for (size_t j = 0; j < hpr_lanes_padded((size_t)st->nodes); j++) {
+        st->part[j] = at.sine[j] * down;
+        st->weight[j] = weight[j] * (st->width * down) * st->part[j] * at.cosine[j];
     }
 }
 
 static void add_panel(const view *v, const sector *sec, const steps *st)
 {
     const hpr_polar *polar = v->polar;
-    const hpr_gauss_rule *gauss = &polar->gauss->legendre[sec->nodes];
+    const double *weight = polar->gauss->legendre[sec->nodes].weight;
+    hyperbola at;
     if (polar->points->count + sec->nodes * st->nodes > HPR_POINTS_MAX)
         flush(polar);
+    hyperbola_at(polar, sec->low, sec->width, sec->nodes, &at);
     for (int i = 0; i < sec->nodes; i++) {
-        double sigma = sec->low + sec->width * gauss->node[i], cosine = cosh(sigma);
-        ray ray = make_ray(polar, hpr_madd(hpr_scale(sec->normal, 1 / cosine), tanh(sigma), sec->along));
-        double reach = sec->distance * cosine;
-        double factor = sec->width * gauss->weight[i] / cosine * reach * reach / polar->jacobian;
-        double rho[HPR_NODES_MAX], weight[HPR_NODES_MAX];
-        for (int j = 0; j < st->nodes; j++) {
-            rho[j] = reach * st->part[j];
-            weight[j] = factor * st->weight[j];
-        }
-        add_points(v, &ray, st->nodes, rho, weight);
+        double inverse = 1 / at.cosine[i], reach = sec->distance * at.cosine[i];
+        ray ray =
+            make_ray(polar, hpr_madd(hpr_scale(sec->normal, inverse), at.sine[i] * inverse, sec->along));
+        double factor = sec->width * weight[i] * inverse * reach * reach / polar->jacobian;
+        add_points(v, &ray, &(ray_points){st->nodes, reach, factor, st->part, st->weight});
     }
 }
 
@@ -282,12 +295,12 @@ static void segment_points(void *user, int count, const double *place, const dou
 {
     const segment *s = user;
     const hpr_polar *polar = s->view->polar;
-    double scaled[HPR_NODES_MAX];
-    for (int i = 0; i < count; i++)
-        scaled[i] = weight[i] / polar->jacobian;
+    double u[HPR_NODES_MAX] = {0}, w[HPR_NODES_MAX] = {0}; /* 0 to the end of the last eight */
+    memcpy(u, place, (size_t)count * sizeof *u);
+    memcpy(w, weight, (size_t)count * sizeof *w);
     if (polar->points->count + count > HPR_POINTS_MAX)
         flush(polar);
-    add_points(s->view, &s->ray, count, place, scaled);
+    add_points(s->view, &s->ray, &(ray_points){count, 1, 1 / polar->jacobian, u, w});
 }
 
 static void add_segment(const hpr_polar *polar, hpr_vec3 x)

@@ -1,12 +1,14 @@
 /*
  * Quadrature rules for one pair: the choice of rules (rules.c) is one thing, the points that a rule makes
- * (points_*.c) another, their evaluation (block_ref.c) a third. Between choice and evaluation stands
- * hpr_rule; between points and evaluation stands hpr_group.
+ * (points_*.c) another, their evaluation (block_ref.c and, fast, block_simd.c) a third. Between choice and
+ * evaluation stands hpr_rule; between points and evaluation stands hpr_group.
  */
 #ifndef HPR_QUADRATURE_RULE_H
 #define HPR_QUADRATURE_RULE_H
 
+#include "base/context.h"
 #include "math/gauss.h"
+#include "math/lanes.h"
 #include "quadrature/correlation.h"
 #include "quadrature/pair.h"
 #include "quadrature/partial.h"
@@ -93,13 +95,19 @@ enum { HPR_VERTEX_TERMS = 2, HPR_EDGE_TERMS = 5 };
 enum { HPR_NODES_MAX = HPR_GAUSS_MAX, HPR_POINTS_MAX = HPR_NODES_MAX * HPR_NODES_MAX };
 
 /* Points of one side: parameters in the element, position relative to an origin that both sides share, weight
- * (in parameter measure) times height over the other's plane. */
+ * (in parameter measure) times height over the other's plane. There is room for whole eights of points. */
+enum { HPR_POINTS_ROOM = HPR_POINTS_MAX + HPR_LANES };
+
 typedef struct hpr_points {
     int count;
-    double s[HPR_POINTS_MAX], t[HPR_POINTS_MAX];
-    double x[HPR_POINTS_MAX], y[HPR_POINTS_MAX], z[HPR_POINTS_MAX];
-    double weight[HPR_POINTS_MAX];
+    _Alignas(sizeof(double) * HPR_LANES) double s[HPR_POINTS_ROOM];
+    double t[HPR_POINTS_ROOM];
+    double x[HPR_POINTS_ROOM], y[HPR_POINTS_ROOM], z[HPR_POINTS_ROOM];
+    double weight[HPR_POINTS_ROOM];
 } hpr_points;
+
+/* Fills the last eight with points of no weight. */
+void hpr_points_pad(hpr_points *points);
 
 /*
  * A set of receiver points times a set of sender points. It contributes
@@ -109,6 +117,7 @@ typedef struct hpr_points {
 typedef struct hpr_group {
     hpr_points recv, send;
     double scale;
+    hpr_isa isa; /* for those who fill it */
 } hpr_group;
 
 typedef void (*hpr_group_sink)(void *user, const hpr_group *group);
@@ -141,6 +150,10 @@ typedef struct hpr_outer_point {
  */
 hpr_outer_point hpr_outer_at(const hpr_gauss_table *gauss, const hpr_element_frame *outer,
                              const hpr_cell *cell, const hpr_box *box, int nodes, int index);
+
+/* Corners of such a box; returns their number. */
+int hpr_outer_corners(const hpr_element_frame *outer, const hpr_cell *cell, const hpr_box *box,
+                      hpr_vec3 corner[4]);
 
 /*
  * Nodes that resolve 1/r^4 along a segment of this length with all else at least `distance` away. Along it

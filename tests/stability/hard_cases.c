@@ -334,7 +334,7 @@ static outcome blocked_case(const hard_case *it)
                                .blocker_count = 1,
                                .clip = true};
         task.contact_m = pair_contact(&task.recv, &task.send);
-        hpr_block_result result = hpr_block_ref(bench.quadrature, &task, &block, bench.scratch);
+        hpr_block_result result = hpr_block(bench.quadrature, &task, &block, bench.scratch);
         out = (outcome){.value = it->expected,
                         .error = fabs(block / it->expected - 1),
                         .short_of = result.status >= HPR_BLOCK_SHORT};

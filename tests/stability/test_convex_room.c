@@ -42,7 +42,7 @@ static hpr_block_result block_in_room(int i, int j, int recv_degree, int send_de
     hpr_block_task task = {.recv = face[i], .send = face[j], .tolerance = demanded, .contact_m = contact_m};
     task.recv.degree = recv_degree;
     task.send.degree = send_degree;
-    return hpr_block_ref(bench.quadrature, &task, block, bench.scratch);
+    return hpr_block(bench.quadrature, &task, block, bench.scratch);
 }
 
 /* Largest |sum_j sqrt(A_j) K_ij^{k0} - sqrt(A_i) delta_k0| / sqrt(A_i). */

@@ -90,7 +90,7 @@ static inline hpr_block_result block_of(const hpr_element_frame *recv, const hpr
 {
     hpr_block_task task = {
         .recv = *recv, .send = *send, .tolerance = tolerance, .contact_m = pair_contact(recv, send)};
-    return hpr_block_ref(bench.quadrature, &task, block, bench.scratch);
+    return hpr_block(bench.quadrature, &task, block, bench.scratch);
 }
 
 static inline double largest_entry(const double *block, size_t count)

@@ -368,9 +368,9 @@ static void budget_is_kept_and_said(void **state)
     const double high[4][3] = {{0, 0, gap}, {0.2, 1, gap}, {1.1, 1.2, gap}, {0.9, 0.2, gap}};
     hpr_block_task task = {
         .recv = frame_of_corners(1, 4, low), .send = frame_of_corners(1, 4, high), .tolerance = 1e-9};
-    hpr_block_result full = hpr_block_ref(bench.quadrature, &task, block_a, bench.scratch);
+    hpr_block_result full = hpr_block(bench.quadrature, &task, block_a, bench.scratch);
     task.kernel_limit = 1000000;
-    hpr_block_result cut = hpr_block_ref(bench.quadrature, &task, block_b, bench.scratch);
+    hpr_block_result cut = hpr_block(bench.quadrature, &task, block_b, bench.scratch);
     double error = 0;
     for (int k = 0; k < 16; k++)
         error = fmax(error, fabs(block_b[k] - block_a[k]));

@@ -126,7 +126,7 @@ static void blocked_block(const bench *b, size_t recv, int recv_degree, size_t s
                            .clip = true};
     task.recv.degree = recv_degree;
     task.send.degree = send_degree;
-    hpr_block_result result = hpr_block_ref(b->quadrature, &task, block, b->scratch);
+    hpr_block_result result = hpr_block(b->quadrature, &task, block, b->scratch);
     assert_int_equal(result.status, HPR_BLOCK_WITHIN);
     assert_int_equal(result.ray_count, 0);
 }

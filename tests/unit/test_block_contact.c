@@ -302,7 +302,7 @@ static void slit_over_an_edge_is_seen(void **state)
     double sum = 0;
     for (int i = 0; i < 2; i++) {
         hpr_block_task task = {.recv = upper, .send = half[i], .tolerance = 1e-13};
-        hpr_block_result result = hpr_block_ref(bench.quadrature, &task, block, bench.scratch);
+        hpr_block_result result = hpr_block(bench.quadrature, &task, block, bench.scratch);
         double to_fraction = sqrt(half[i].area_m2 / upper.area_m2), fraction = to_fraction * block[0];
         print_message("slit, half %d: %.17g, off by %.2e, estimated %.2e\n", i, fraction, fraction - exact[i],
                       to_fraction * result.error);

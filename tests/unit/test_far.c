@@ -111,7 +111,7 @@ static void test_block(void **state)
             found++;
             hpr_far_result far = hpr_far_block(b->far, &recv, &send, block, b->far_scratch);
             hpr_block_task task = {.recv = recv, .send = send, .tolerance = 1e-12};
-            hpr_block_ref(b->quadrature, &task, exact, b->scratch);
+            hpr_block(b->quadrature, &task, exact, b->scratch);
             size_t size = hpr_basis_count(recv.shape, degree) * hpr_basis_count(send.shape, degree);
             double error2 = 0, left_out = hypot(far.recv_error, far.send_error);
             for (size_t k = 0; k < size; k++)
@@ -194,7 +194,7 @@ static void check_constants(bench *b, hpr_shape recv_shape, hpr_shape send_shape
     for (int i = 0; i < CELLS; i++) {
         for (int j = 0; j < CELLS; j++) {
             hpr_block_task other = {.recv = recv[i], .send = send[j], .tolerance = 1e-13};
-            hpr_block_ref(b->quadrature, &other, &exact, b->scratch);
+            hpr_block(b->quadrature, &other, &exact, b->scratch);
             near_count += kind[i * CELLS + j] == HPR_PAIR_LEFT;
             if (kind[i * CELLS + j] == HPR_PAIR_LEFT)
                 assert_true(block[i * CELLS + j] == 0);
@@ -264,7 +264,7 @@ static void test_constants_anywhere(void **state)
             kinds[kind[k] == HPR_PAIR_LEFT ? 2 : block[k] == 0]++;
             if (kind[k] == HPR_PAIR_LEFT)
                 continue;
-            bool seen = hpr_block_ref(b->quadrature, &other, &exact, b->scratch).seen;
+            bool seen = hpr_block(b->quadrature, &other, &exact, b->scratch).seen;
             assert_true(seen == (block[k] != 0));
             if (seen)
                 worst = fmax(worst, fabs(block[k] / exact - 1) / task.tolerance);

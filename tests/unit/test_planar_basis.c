@@ -141,7 +141,7 @@ static void test_many_and_nested(void **state)
             s[p] = x.s;
             t[p] = x.t;
         }
-        hpr_planar_many(b.recurrence, MOST, POINTS, s, t, STRIDE, many);
+        hpr_planar_many(HPR_ISA_SSE2, b.recurrence, MOST, POINTS, s, t, STRIDE, many);
         for (int p = 0; p < POINTS; p++) {
             hpr_planar_eval(b.recurrence, MOST, s[p], t[p], one);
             hpr_planar_eval(b.recurrence, LOWER, s[p], t[p], lower);

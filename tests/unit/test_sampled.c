@@ -127,12 +127,12 @@ static void the_stated_error_bounds_the_spread(void **state)
         double block[HPR_MAX_BASIS], exact[HPR_MAX_BASIS], mean = 0, square = 0, stated = 0;
         p.task.blockers = p.blocker;
         p.task.clip = true;
-        assert_int_not_equal(hpr_block_ref(bench.quadrature, &p.task, exact, bench.scratch).status,
+        assert_int_not_equal(hpr_block(bench.quadrature, &p.task, exact, bench.scratch).status,
                              HPR_BLOCK_SAMPLED);
         p.task.clip = false;
         for (uint64_t seed = 0; seed < SEEDS; seed++) {
             p.task.seed = seed;
-            hpr_block_result result = hpr_block_ref(bench.quadrature, &p.task, block, bench.scratch);
+            hpr_block_result result = hpr_block(bench.quadrature, &p.task, block, bench.scratch);
             assert_true((result.status == HPR_BLOCK_SAMPLED) && result.sampling_error > 0);
             mean += (block[0] - exact[0]) / SEEDS;
             square += pow(block[0] - exact[0], 2) / SEEDS;
@@ -158,7 +158,7 @@ static void the_seed_decides(void **state)
     p.task.blockers = p.blocker;
     for (int i = 0; i < 3; i++) {
         p.task.seed = (uint64_t[]){5, 5, 6}[i];
-        hpr_block_ref(bench.quadrature, &p.task, block[i], bench.scratch);
+        hpr_block(bench.quadrature, &p.task, block[i], bench.scratch);
     }
     assert_true(block[0][0] == block[1][0] && block[0][0] != block[2][0]);
     place_close(&p);

@@ -1,0 +1,468 @@
+#include "quadrature/lanes_sums.h"
+
+enum { TILE_ROWS = 2, TILE_COLUMNS = 5, GRID_FUNCTIONS = 8 };
+
+HPR_LANES_BODY hpr_lanes kernel_of(hpr_lanes dx, hpr_lanes dy, hpr_lanes dz, hpr_lanes weight, bool fused)
+{
+    hpr_lanes r2 = hpr_lanes_madd(fused, dx, dx, hpr_lanes_madd(fused, dy, dy, dz * dz));
+    return weight / (r2 * r2);
+}
+
+HPR_LANES_BODY void kernel_body(const hpr_points *from, size_t i, const hpr_points *to, double scale,
+                                double *kernel, bool fused)
+{
+    const hpr_lanes x = hpr_lanes_of(from->x[i]), y = hpr_lanes_of(from->y[i]), z = hpr_lanes_of(from->z[i]);
+    const hpr_lanes by = hpr_lanes_of(scale);
+    for (size_t j = 0; j < (size_t)to->count; j += HPR_LANES) {
+        hpr_lanes dx = hpr_lanes_load(to->x + j) - x, dy = hpr_lanes_load(to->y + j) - y,
+                  dz = hpr_lanes_load(to->z + j) - z;
+        hpr_lanes_store(kernel + j, kernel_of(dx, dy, dz, by * hpr_lanes_load(to->weight + j), fused));
+    }
+}
+
+/* Kernel times X_a and Y_b of a table's points. */
+HPR_LANES_BODY void tables_body(const hpr_products *p, size_t vectors, const double *s, const double *t,
+                                const double *kernel, hpr_sums_scratch *scratch, bool fused)
+{
+    for (size_t v = 0; v < vectors; v++) {
+        hpr_lanes sv = hpr_lanes_load(s + v * HPR_LANES), tv = hpr_lanes_load(t + v * HPR_LANES);
+        hpr_lanes u = hpr_lanes_madd(fused, hpr_lanes_of(p->u[2]), tv,
+                                     hpr_lanes_madd(fused, hpr_lanes_of(p->u[1]), sv, hpr_lanes_of(p->u[0])));
+        hpr_lanes w = hpr_lanes_madd(fused, hpr_lanes_of(p->w[1]), tv, hpr_lanes_of(p->w[0]));
+        hpr_lanes q = hpr_lanes_madd(fused, hpr_lanes_of(-p->c), tv, hpr_lanes_of(1)), q2 = q * q;
+        hpr_lanes x = hpr_lanes_load(kernel + v * HPR_LANES), x_before = hpr_lanes_of(0);
+        hpr_lanes y = hpr_lanes_of(1), y_before = hpr_lanes_of(0);
+        for (int n = 0;; n++) {
+            scratch->x[n][v] = x;
+            scratch->y[n][v] = y;
+            if (n == p->degree)
+                break;
+            hpr_lanes raise = hpr_lanes_of(hpr_legendre_raise[n]),
+                      lower = hpr_lanes_of(-hpr_legendre_lower[n]);
+            hpr_lanes x_next = hpr_lanes_madd(fused, raise * u, x, lower * q2 * x_before);
+            hpr_lanes y_next = hpr_lanes_madd(fused, raise * w, y, lower * y_before);
+            x_before = x;
+            y_before = y;
+            x = x_next;
+            y = y_next;
+        }
+    }
+}
+
+/* sum[a][b] += the products of rows a of x and b of y, few enough of both to stay in registers. */
+HPR_LANES_BODY void tile_body(const double *x, size_t x_stride, const double *y, size_t y_stride,
+                              size_t vectors, hpr_lanes *sum, size_t sum_stride, int rows, int columns,
+                              bool fused)
+{
+    hpr_lanes s[TILE_ROWS][TILE_COLUMNS];
+#pragma GCC unroll 8
+    for (int a = 0; a < rows; a++) {
+#pragma GCC unroll 8
+        for (int b = 0; b < columns; b++)
+            s[a][b] = sum[(size_t)a * sum_stride + (size_t)b];
+    }
+    for (size_t v = 0; v < vectors; v++) {
+        hpr_lanes left[TILE_ROWS];
+#pragma GCC unroll 8
+        for (int a = 0; a < rows; a++)
+            left[a] = hpr_lanes_load(x + (size_t)a * x_stride + v * HPR_LANES);
+#pragma GCC unroll 8
+        for (int b = 0; b < columns; b++) {
+            hpr_lanes right = hpr_lanes_load(y + (size_t)b * y_stride + v * HPR_LANES);
+#pragma GCC unroll 8
+            for (int a = 0; a < rows; a++)
+                s[a][b] = hpr_lanes_madd(fused, left[a], right, s[a][b]);
+        }
+    }
+#pragma GCC unroll 8
+    for (int a = 0; a < rows; a++) {
+#pragma GCC unroll 8
+        for (int b = 0; b < columns; b++)
+            sum[(size_t)a * sum_stride + (size_t)b] = s[a][b];
+    }
+}
+
+#define TILE(a, b)                                                                                           \
+    case (a - 1) * TILE_COLUMNS + b:                                                                         \
+        tile_body(x, x_stride, y, y_stride, vectors, sum, sum_stride, a, b, fused);                          \
+        return
+
+HPR_LANES_BODY void tile_of(const double *x, size_t x_stride, const double *y, size_t y_stride,
+                            size_t vectors, hpr_lanes *sum, size_t sum_stride, int rows, int columns,
+                            bool fused)
+{
+    switch ((rows - 1) * TILE_COLUMNS + columns) {
+        TILE(1, 1);
+        TILE(1, 2);
+        TILE(1, 3);
+        TILE(1, 4);
+        TILE(1, 5);
+        TILE(2, 1);
+        TILE(2, 2);
+        TILE(2, 3);
+        TILE(2, 4);
+        TILE(2, 5);
+    }
+}
+
+/* Two rows, or one, against any number of them. */
+HPR_LANES_BODY void strip_body(const double *x, size_t x_stride, const double *y, size_t y_stride,
+                               size_t vectors, hpr_lanes *sum, size_t sum_stride, int rows, size_t columns,
+                               bool fused)
+{
+    size_t tiles = (columns + TILE_COLUMNS - 1) / TILE_COLUMNS;
+    for (size_t k = 0, done = 0; k < tiles; k++) {
+        size_t width = (columns - done) / (tiles - k);
+        tile_of(x, x_stride, y + done * y_stride, y_stride, vectors, sum + done, sum_stride, rows, (int)width,
+                fused);
+        done += width;
+    }
+}
+
+/* Sums of the lanes of eight at once. */
+HPR_LANES_BODY hpr_lanes sums_of(const hpr_lanes *of)
+{
+    const hpr_lanes_bits even = {0, 8, 2, 10, 4, 12, 6, 14}, odd = {1, 9, 3, 11, 5, 13, 7, 15};
+    const hpr_lanes_bits even2 = {0, 1, 8, 9, 4, 5, 12, 13}, odd2 = {2, 3, 10, 11, 6, 7, 14, 15};
+    const hpr_lanes_bits low = {0, 1, 2, 3, 8, 9, 10, 11}, high = {4, 5, 6, 7, 12, 13, 14, 15};
+    hpr_lanes by_two[4], by_four[2];
+#pragma GCC unroll 4
+    for (int k = 0; k < 4; k++)
+        by_two[k] = __builtin_shuffle(of[2 * k], of[2 * k + 1], even) +
+                    __builtin_shuffle(of[2 * k], of[2 * k + 1], odd);
+#pragma GCC unroll 2
+    for (int k = 0; k < 2; k++)
+        by_four[k] = __builtin_shuffle(by_two[2 * k], by_two[2 * k + 1], even2) +
+                     __builtin_shuffle(by_two[2 * k], by_two[2 * k + 1], odd2);
+    return __builtin_shuffle(by_four[0], by_four[1], low) + __builtin_shuffle(by_four[0], by_four[1], high);
+}
+
+/* sum[n a + b] += sum_v x[a][v] y[b][v]; with `total` those of a + b >= n are left as they are or not. */
+HPR_LANES_BODY void square_body(const double *x, size_t x_stride, const double *y, size_t y_stride,
+                                size_t vectors, hpr_lanes *sum, size_t rows, size_t columns, bool total,
+                                bool fused)
+{
+    for (size_t a = 0; a < rows; a += TILE_ROWS)
+        strip_body(x + a * x_stride, x_stride, y, y_stride, vectors, sum + a * columns, columns,
+                   a + 1 < rows ? 2 : 1, total ? columns - a : columns, fused);
+}
+
+static size_t closed_up(hpr_lanes *sum, size_t n)
+{
+    size_t count = 0;
+    for (size_t a = 0; a < n; a++) {
+        for (size_t b = 0; a + b < n; b++)
+            sum[count++] = sum[a * n + b];
+    }
+    return count;
+}
+
+HPR_LANES_BODY void moments_body(const hpr_products *p, size_t count, const double *s, const double *t,
+                                 const double *kernel, double *moment, size_t stride,
+                                 hpr_sums_scratch *scratch, bool fused)
+{
+    const size_t n = (size_t)p->degree + 1, row = HPR_TABLE_POINTS;
+    hpr_lanes *sum = scratch->sum;
+    size_t functions = n * n;
+    for (size_t k = 0; k < functions; k++)
+        sum[k] = hpr_lanes_of(0);
+    for (size_t begin = 0; begin < count; begin += HPR_TABLE_POINTS) {
+        size_t left = hpr_lanes_padded(count - begin) / HPR_LANES;
+        size_t vectors = left < HPR_TABLE_VECTORS ? left : HPR_TABLE_VECTORS;
+        tables_body(p, vectors, s + begin, t + begin, kernel + begin, scratch, fused);
+        square_body((const double *)scratch->x, row, (const double *)scratch->y, row, vectors, sum, n, n,
+                    p->total, fused);
+    }
+    if (p->total)
+        functions = closed_up(sum, n);
+    for (size_t k = 0; k < functions; k += HPR_LANES) {
+        hpr_lanes eight = sums_of(sum + k);
+        for (size_t i = 0; i < HPR_LANES && k + i < functions; i++)
+            moment[(k + i) * stride] = eight[i];
+    }
+}
+
+/* moment of one eight of outer points; functions at most GRID_FUNCTIONS. (A single one would be fused number
+ * by number by GCC 12.) */
+HPR_LANES_BODY void grid_tile(size_t points, const hpr_lanes *kernel, const double *basis, double *moment,
+                              int functions, bool fused)
+{
+    hpr_lanes sum[GRID_FUNCTIONS];
+#pragma GCC unroll 8
+    for (int l = 0; l < functions; l++)
+        sum[l] = hpr_lanes_load(moment + (size_t)l * HPR_ROWS);
+    for (size_t j = 0; j < points; j++) {
+#pragma GCC unroll 8
+        for (int l = 0; l < functions; l++)
+            sum[l] = hpr_lanes_madd(fused && functions > 1, kernel[j],
+                                    hpr_lanes_of(basis[(size_t)l * HPR_TABLE_POINTS + j]), sum[l]);
+    }
+#pragma GCC unroll 8
+    for (int l = 0; l < functions; l++)
+        hpr_lanes_store(moment + (size_t)l * HPR_ROWS, sum[l]);
+}
+
+#define GRID_TILE(count)                                                                                     \
+    case count:                                                                                              \
+        grid_tile(points, kernel, basis, moment, count, fused);                                              \
+        return
+
+HPR_LANES_BODY void grid_tile_of(size_t points, const hpr_lanes *kernel, const double *basis, double *moment,
+                                 int functions, bool fused)
+{
+    switch (functions) {
+        GRID_TILE(1);
+        GRID_TILE(2);
+        GRID_TILE(3);
+        GRID_TILE(4);
+        GRID_TILE(5);
+        GRID_TILE(6);
+        GRID_TILE(7);
+        GRID_TILE(8);
+    }
+}
+
+/* |y - x|^4 of one inner point from eight outer ones */
+HPR_LANES_BODY hpr_lanes fourth_power(const hpr_points *inner, size_t at, hpr_lanes x, hpr_lanes y,
+                                      hpr_lanes z, bool fused)
+{
+    hpr_lanes dx = hpr_lanes_of(inner->x[at]) - x, dy = hpr_lanes_of(inner->y[at]) - y,
+              dz = hpr_lanes_of(inner->z[at]) - z;
+    hpr_lanes r2 = hpr_lanes_madd(fused, dx, dx, hpr_lanes_madd(fused, dy, dy, dz * dz));
+    return r2 * r2;
+}
+
+HPR_LANES_BODY void grid_body(const hpr_points *outer, size_t first, const hpr_points *inner, size_t start,
+                              double scale, size_t functions, const double *basis, double *moment,
+                              hpr_sums_scratch *scratch, bool fused)
+{
+    size_t left = (size_t)inner->count - start, points = left < HPR_TABLE_POINTS ? left : HPR_TABLE_POINTS;
+    size_t end = (size_t)outer->count < first + HPR_ROWS ? (size_t)outer->count : first + HPR_ROWS;
+    for (size_t i = first; i < end; i += HPR_LANES) {
+        hpr_lanes x = hpr_lanes_load(outer->x + i), y = hpr_lanes_load(outer->y + i),
+                  z = hpr_lanes_load(outer->z + i),
+                  by = hpr_lanes_of(scale) * hpr_lanes_load(outer->weight + i);
+        size_t j = 0;
+        for (; j + 1 < points; j += 2) { /* one division for two: it costs more than all else */
+            hpr_lanes a = fourth_power(inner, start + j, x, y, z, fused),
+                      b = fourth_power(inner, start + j + 1, x, y, z, fused), share = by / (a * b);
+            scratch->kernel[j] = share * b * hpr_lanes_of(inner->weight[start + j]);
+            scratch->kernel[j + 1] = share * a * hpr_lanes_of(inner->weight[start + j + 1]);
+        }
+        if (j < points)
+            scratch->kernel[j] =
+                by * hpr_lanes_of(inner->weight[start + j]) / fourth_power(inner, start + j, x, y, z, fused);
+        size_t tiles = (functions + GRID_FUNCTIONS - 1) / GRID_FUNCTIONS;
+        for (size_t k = 0, done = 0; k < tiles; k++) {
+            size_t width = (functions - done) / (tiles - k);
+            grid_tile_of(points, scratch->kernel, basis + done * HPR_TABLE_POINTS,
+                         moment + (i - first) + done * HPR_ROWS, (int)width, fused);
+            done += width;
+        }
+    }
+}
+
+/* Two left rows and all right ones at a time. */
+HPR_LANES_BODY void rows_body(const hpr_row_product *p, double *to, size_t to_stride,
+                              hpr_sums_scratch *scratch, bool fused)
+{
+    hpr_lanes *sum = scratch->sum;
+    for (size_t k = 0; k < p->left_count; k += TILE_ROWS) {
+        size_t rows = k + 1 < p->left_count ? TILE_ROWS : 1, count = rows * p->right_count;
+        for (size_t i = 0; i < count; i++)
+            sum[i] = hpr_lanes_of(0);
+        square_body(p->left + k * p->left_stride, p->left_stride, p->right, p->right_stride, p->vectors, sum,
+                    rows, p->right_count, false, fused);
+        for (size_t i = 0; i < count; i += HPR_LANES) {
+            hpr_lanes eight = sums_of(sum + i);
+            for (size_t q = 0; q < HPR_LANES && i + q < count; q++) {
+                size_t row = i + q < p->right_count ? 0 : 1;
+                to[(k + row) * to_stride + i + q - row * p->right_count] += eight[q];
+            }
+        }
+    }
+}
+
+/* exp of |x| < 700: Taylor's series, after the nearest multiple of ln 2, of which the product with an integer
+ * is exact but for a small part, is taken out. Within 2 ulp. */
+HPR_LANES_BODY hpr_lanes exponential(hpr_lanes x, bool fused)
+{
+    static const double inverse_factorial[] = {1.0 / 6227020800,
+                                               1.0 / 479001600,
+                                               1.0 / 39916800,
+                                               1.0 / 3628800,
+                                               1.0 / 362880,
+                                               1.0 / 40320,
+                                               1.0 / 5040,
+                                               1.0 / 720,
+                                               1.0 / 120,
+                                               1.0 / 24,
+                                               1.0 / 6,
+                                               0.5,
+                                               1,
+                                               1};
+    static const double to_integer = 0x1.8p52, per_octave = 0x1.71547652b82fep0,
+                        octave = 0x1.62e42fee00000p-1, rest = 0x1.a39ef35793c76p-33;
+    hpr_lanes shifted = x * hpr_lanes_of(per_octave) + hpr_lanes_of(to_integer);
+    hpr_lanes n = shifted - hpr_lanes_of(to_integer);
+    hpr_lanes r = (x - n * hpr_lanes_of(octave)) - n * hpr_lanes_of(rest);
+    hpr_lanes sum = hpr_lanes_of(inverse_factorial[0]);
+#pragma GCC unroll 16
+    for (int k = 1; k < 14; k++)
+        sum = hpr_lanes_madd(fused, sum, r, hpr_lanes_of(inverse_factorial[k]));
+    return (hpr_lanes)((hpr_lanes_bits)sum + ((hpr_lanes_bits)shifted << 52));
+}
+
+HPR_LANES_BODY void hyperbolic_body(double low, double width, const double *node, size_t count, double *sine,
+                                    double *cosine, bool fused)
+{
+    for (size_t i = 0; i < count; i += HPR_LANES) {
+        hpr_lanes x = hpr_lanes_madd(fused, hpr_lanes_of(width), hpr_lanes_load(node + i), hpr_lanes_of(low));
+        hpr_lanes up = hpr_lanes_of(0.5) * exponential(x, fused), down = hpr_lanes_of(0.25) / up;
+        hpr_lanes_store(sine + i, up - down);
+        hpr_lanes_store(cosine + i, up + down);
+    }
+}
+
+HPR_LANES_BODY hpr_lanes greater(hpr_lanes a, hpr_lanes b)
+{
+    const hpr_lanes_bits first = a > b;
+    return (hpr_lanes)(((hpr_lanes_bits)a & first) | ((hpr_lanes_bits)b & ~first));
+}
+
+HPR_LANES_BODY void line_body(const hpr_point_line *line, hpr_points *points, bool fused)
+{
+    size_t first = (size_t)points->count;
+    double *const to[5] = {points->s + first, points->t + first, points->x + first, points->y + first,
+                           points->z + first};
+    for (size_t i = 0; i < line->count; i += HPR_LANES) {
+        hpr_lanes u = hpr_lanes_load(line->u + i);
+#pragma GCC unroll 8
+        for (int k = 0; k < 5; k++)
+            hpr_lanes_store(to[k] + i,
+                            hpr_lanes_madd(fused, u, hpr_lanes_of(line->by[k]), hpr_lanes_of(line->at[k])));
+        hpr_lanes height = hpr_lanes_madd(fused, u, hpr_lanes_of(line->by[5]), hpr_lanes_of(line->at[5]));
+        hpr_lanes_store(points->weight + first + i, hpr_lanes_of(line->scale) *
+                                                        hpr_lanes_load(line->weight + i) *
+                                                        greater(height, hpr_lanes_of(line->least)));
+    }
+    points->count += (int)line->count;
+}
+
+static void kernel_sse2(const hpr_points *from, size_t i, const hpr_points *to, double scale, double *kernel)
+{
+    kernel_body(from, i, to, scale, kernel, false);
+}
+
+static void moments_sse2(const hpr_products *products, size_t count, const double *s, const double *t,
+                         const double *kernel, double *moment, size_t stride, hpr_sums_scratch *scratch)
+{
+    moments_body(products, count, s, t, kernel, moment, stride, scratch, false);
+}
+
+static void grid_sse2(const hpr_points *outer, size_t first, const hpr_points *inner, size_t start,
+                      double scale, size_t functions, const double *basis, double *moment,
+                      hpr_sums_scratch *scratch)
+{
+    grid_body(outer, first, inner, start, scale, functions, basis, moment, scratch, false);
+}
+
+static void hyperbolic_sse2(double low, double width, const double *node, size_t count, double *sine,
+                            double *cosine)
+{
+    hyperbolic_body(low, width, node, count, sine, cosine, false);
+}
+
+static void line_sse2(const hpr_point_line *line, hpr_points *points)
+{
+    line_body(line, points, false);
+}
+
+static void rows_sse2(const hpr_row_product *product, double *to, size_t to_stride, hpr_sums_scratch *scratch)
+{
+    rows_body(product, to, to_stride, scratch, false);
+}
+
+HPR_TARGET_AVX2 static void kernel_avx2(const hpr_points *from, size_t i, const hpr_points *to, double scale,
+                                        double *kernel)
+{
+    kernel_body(from, i, to, scale, kernel, true);
+}
+
+HPR_TARGET_AVX2 static void moments_avx2(const hpr_products *products, size_t count, const double *s,
+                                         const double *t, const double *kernel, double *moment, size_t stride,
+                                         hpr_sums_scratch *scratch)
+{
+    moments_body(products, count, s, t, kernel, moment, stride, scratch, true);
+}
+
+HPR_TARGET_AVX2 static void grid_avx2(const hpr_points *outer, size_t first, const hpr_points *inner,
+                                      size_t start, double scale, size_t functions, const double *basis,
+                                      double *moment, hpr_sums_scratch *scratch)
+{
+    grid_body(outer, first, inner, start, scale, functions, basis, moment, scratch, true);
+}
+
+HPR_TARGET_AVX2 static void hyperbolic_avx2(double low, double width, const double *node, size_t count,
+                                            double *sine, double *cosine)
+{
+    hyperbolic_body(low, width, node, count, sine, cosine, true);
+}
+
+HPR_TARGET_AVX2 static void line_avx2(const hpr_point_line *line, hpr_points *points)
+{
+    line_body(line, points, true);
+}
+
+HPR_TARGET_AVX2 static void rows_avx2(const hpr_row_product *product, double *to, size_t to_stride,
+                                      hpr_sums_scratch *scratch)
+{
+    rows_body(product, to, to_stride, scratch, true);
+}
+
+HPR_TARGET_AVX512 static void kernel_avx512(const hpr_points *from, size_t i, const hpr_points *to,
+                                            double scale, double *kernel)
+{
+    kernel_body(from, i, to, scale, kernel, true);
+}
+
+HPR_TARGET_AVX512 static void moments_avx512(const hpr_products *products, size_t count, const double *s,
+                                             const double *t, const double *kernel, double *moment,
+                                             size_t stride, hpr_sums_scratch *scratch)
+{
+    moments_body(products, count, s, t, kernel, moment, stride, scratch, true);
+}
+
+HPR_TARGET_AVX512 static void grid_avx512(const hpr_points *outer, size_t first, const hpr_points *inner,
+                                          size_t start, double scale, size_t functions, const double *basis,
+                                          double *moment, hpr_sums_scratch *scratch)
+{
+    grid_body(outer, first, inner, start, scale, functions, basis, moment, scratch, true);
+}
+
+HPR_TARGET_AVX512 static void hyperbolic_avx512(double low, double width, const double *node, size_t count,
+                                                double *sine, double *cosine)
+{
+    hyperbolic_body(low, width, node, count, sine, cosine, true);
+}
+
+HPR_TARGET_AVX512 static void line_avx512(const hpr_point_line *line, hpr_points *points)
+{
+    line_body(line, points, true);
+}
+
+HPR_TARGET_AVX512 static void rows_avx512(const hpr_row_product *product, double *to, size_t to_stride,
+                                          hpr_sums_scratch *scratch)
+{
+    rows_body(product, to, to_stride, scratch, true);
+}
+
+const hpr_sums *hpr_sums_of(hpr_isa isa)
+{
+    static const hpr_sums sums[] = {
+        [HPR_ISA_SSE2] = {kernel_sse2, moments_sse2, grid_sse2, rows_sse2, line_sse2, hyperbolic_sse2},
+        [HPR_ISA_AVX2] = {kernel_avx2, moments_avx2, grid_avx2, rows_avx2, line_avx2, hyperbolic_avx2},
+        [HPR_ISA_AVX512] = {kernel_avx512, moments_avx512, grid_avx512, rows_avx512, line_avx512,
+                            hyperbolic_avx512}};
+    return &sums[isa];
+}

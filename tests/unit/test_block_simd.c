@@ -1,0 +1,201 @@
+/* Fast blocks against the plain loops over the same points: every kind of rule, shape, degree and instruction
+ * set. */
+#include "blocks.h"
+#include "math/planar_basis.h"
+
+#include <float.h>
+
+/* Corners in order; 3 make a triangle, 4 a parallelogram or, if `opposite` is not 1, 1, a quadrilateral. */
+typedef struct side {
+    hpr_shape shape;
+    double corner[3][3];
+    double opposite[2];
+} side;
+
+typedef struct pair {
+    const char *name;
+    side recv, send;
+    bool blocked, sampled;
+} pair;
+
+#define SQUARE HPR_SHAPE_PARALLELOGRAM
+#define TRIANGLE HPR_SHAPE_TRIANGLE
+#define QUAD HPR_SHAPE_QUADRILATERAL
+
+static const side floor_square = {SQUARE, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {0}};
+static const side floor_triangle = {TRIANGLE, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {0}};
+static const side floor_quad = {QUAD, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {0.8, 1.2}};
+
+#define ABOVE(shape, a, b)                                                                                   \
+    {                                                                                                        \
+        shape, {{0.1, 0, 2.5}, {0.1, 1, 2.6}, {1.2, 0, 2.5}},                                                \
+        {                                                                                                    \
+            a, b                                                                                             \
+        }                                                                                                    \
+    }
+#define TILTED(shape, a, b)                                                                                  \
+    {                                                                                                        \
+        shape, {{0.3, 0, 0.2}, {0.3, 1, 0.25}, {1.3, 0, 0.4}},                                               \
+        {                                                                                                    \
+            a, b                                                                                             \
+        }                                                                                                    \
+    }
+#define STANDING(shape, a, b)                                                                                \
+    {                                                                                                        \
+        shape, {{0, 0, 0}, {0, 1, 0}, {0, 0, 1}},                                                            \
+        {                                                                                                    \
+            a, b                                                                                             \
+        }                                                                                                    \
+    }
+
+static const pair pairs[] = {
+    {"apart", floor_square, ABOVE(SQUARE, 0, 0), false, false},
+    {"apart, triangle and quadrilateral", floor_triangle, ABOVE(QUAD, 1.1, 0.7), false, false},
+    {"near", floor_square, TILTED(TRIANGLE, 0, 0), false, false},
+    {"near, quadrilaterals", floor_quad, TILTED(QUAD, 0.9, 1.3), false, false},
+    {"an edge in common", floor_square, STANDING(SQUARE, 0, 0), false, false},
+    {"an edge in common, triangles", floor_triangle, STANDING(TRIANGLE, 0, 0), false, false},
+    {"past a blocker", floor_square, ABOVE(TRIANGLE, 0, 0), true, false},
+    {"past a blocker, quadrilaterals", floor_quad, ABOVE(QUAD, 1.1, 0.7), true, false},
+    {"rays", floor_square, ABOVE(SQUARE, 0, 0), true, true},
+};
+
+static hpr_element_frame frame_of_side(const side *of, int degree, double *recurrence)
+{
+    static double scratch[40000];
+    hpr_element_frame f = frame_of(of->shape, degree, of->corner[0], of->corner[1], of->corner[2]);
+    if (of->shape != QUAD)
+        return f;
+    memcpy(f.opposite, of->opposite, sizeof f.opposite);
+    f.area_m2 *= hpr_shape_measure(f.shape, f.opposite);
+    assert_true(hpr_planar_scratch(degree) <= sizeof scratch / sizeof *scratch);
+    hpr_planar_make(f.opposite, degree, &hpr_gauss.legendre[degree + 1], recurrence, scratch);
+    f.recurrence = recurrence;
+    return f;
+}
+
+/* What one instruction set needs. */
+typedef struct machine {
+    const char *isa;
+    hpr_context *context;
+    hpr_quadrature *quadrature;
+    hpr_block_scratch *scratch;
+    hpr_patches *patches;
+    hpr_visibility *visibility;
+} machine;
+
+/* False if this processor lacks it. The only patch is a small rectangle between. */
+static bool open_machine(const char *isa, machine *m)
+{
+    static const double corner[3][3] = {{0.3, 0.35, 1.2}, {0.9, 0.35, 1.2}, {0.3, 0.8, 1.3}};
+    hpr_context_options options;
+    hpr_context_options_init(&options);
+    options.isa = isa;
+    *m = (machine){.isa = isa};
+    if (hpr_context_create(&options, &m->context) != HPR_OK)
+        return false;
+    assert_int_equal(hpr_quadrature_create(m->context, &m->quadrature), HPR_OK);
+    assert_int_equal(hpr_block_scratch_create(m->context, &m->scratch), HPR_OK);
+    assert_int_equal(hpr_patches_create(m->context, 1, 1, &m->patches), HPR_OK);
+    hpr_element_frame f = frame_of(SQUARE, 0, corner[0], corner[1], corner[2]);
+    m->patches->shape[0] = SQUARE;
+    hpr_vec3_store(m->patches->origin, f.origin);
+    hpr_vec3_store(m->patches->edge1, f.edge1);
+    hpr_vec3_store(m->patches->edge2, f.edge2);
+    hpr_vec3_store(m->patches->normal, f.normal);
+    m->patches->area_m2[0] = f.area_m2;
+    assert_int_equal(hpr_visibility_create(m->patches, &m->visibility), HPR_OK);
+    return true;
+}
+
+static void close_machine(machine *m)
+{
+    hpr_visibility_destroy(&m->visibility);
+    hpr_patches_destroy(&m->patches);
+    hpr_block_scratch_destroy(&m->scratch);
+    hpr_quadrature_destroy(&m->quadrature);
+    hpr_context_destroy(&m->context);
+}
+
+static double block[HPR_MAX_BASIS * HPR_MAX_BASIS], plain[HPR_MAX_BASIS * HPR_MAX_BASIS];
+
+/* The largest difference, relative to the largest entry. */
+static double difference(const machine *m, const pair *p, int recv_degree, int send_degree, double tolerance)
+{
+    static double recurrence[2][6000];
+    const uint32_t blocker = 0;
+    hpr_block_task task = {.recv = frame_of_side(&p->recv, recv_degree, recurrence[0]),
+                           .send = frame_of_side(&p->send, send_degree, recurrence[1]),
+                           .tolerance = tolerance,
+                           .visibility = m->visibility,
+                           .blockers = &blocker,
+                           .blocker_count = p->blocked,
+                           .clip = !p->sampled};
+    task.contact_m = pair_contact(&task.recv, &task.send);
+    hpr_block_result fast = hpr_block(m->quadrature, &task, block, m->scratch);
+    hpr_block_result simple = hpr_block_ref(m->quadrature, &task, plain, m->scratch);
+    size_t count = frame_basis(&task.recv) * frame_basis(&task.send);
+    double worst = 0, most = largest_entry(plain, count);
+    for (size_t i = 0; i < count; i++)
+        worst = fmax(worst, fabs(block[i] - plain[i]));
+    assert_true(most > 0);
+    assert_int_equal(fast.kernel_count, simple.kernel_count);
+    assert_int_equal(fast.status, simple.status);
+    return worst / most;
+}
+
+static void check(const char *isa)
+{
+    static const struct {
+        int recv, send;
+        double tolerance;
+    } asked[] = {{0, 0, 1e-12}, {0, 3, 1e-9}, {2, 1, 1e-12}, {4, 4, 1e-3}, {5, 2, 1e-6}, {7, 8, 1e-3}};
+    machine m;
+    if (!open_machine(isa, &m)) {
+        print_message("%s: not on this processor\n", isa);
+        skip();
+    }
+    double worst = 0;
+    for (size_t i = 0; i < sizeof pairs / sizeof *pairs; i++) {
+        for (size_t k = 0; k < sizeof asked / sizeof *asked; k++) {
+            /* Both sum the same numbers; products may lose a tenth of the tolerance, see block_simd.c. Rays
+             * decide by the same hashes. */
+            double off = difference(&m, &pairs[i], asked[k].recv, asked[k].send, asked[k].tolerance);
+            double bound = fmax(0.1 * asked[k].tolerance, 4e-14);
+            if (!(off <= bound))
+                fail_msg("%s, %s, degrees %d and %d, tolerance %.0e: off by %.1e, bound %.1e", isa,
+                         pairs[i].name, asked[k].recv, asked[k].send, asked[k].tolerance, off, bound);
+            worst = fmax(worst, off);
+        }
+    }
+    print_message("%s: %.1e at most\n", isa, worst);
+    close_machine(&m);
+}
+
+static void with_sse2(void **state)
+{
+    (void)state;
+    check("sse2");
+}
+
+static void with_avx2(void **state)
+{
+    (void)state;
+    check("avx2");
+}
+
+static void with_avx512(void **state)
+{
+    (void)state;
+    check("avx512");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(with_sse2),
+        cmocka_unit_test(with_avx2),
+        cmocka_unit_test(with_avx512),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -12,9 +12,10 @@
  * Of a tolerance t: the elements of the first step, b0 bytes, and the factor g >= 1 by which their
  * coefficients grow,
  *   g = 1 where the light is constant,
- *   g = (t0 / t)^0.95 where patches touch that see each other, t0 = 0.06, or 0.11 with things in the way,
- *   g = 1 + 0.3 (1 / gap - 1)^2 (1e-3 / t)^2 elsewhere (1 / gap >= 1),
- *   links like g^1.5, blocks like g^1.7,
+ *   g = (2.5 / t)^0.5 where patches touch that see each other, (0.1 / t)^0.7 with things in the way,
+ *   g = 2.2 (1 + 0.6 (1 / gap - 1)) elsewhere (1 / gap >= 1), 1.3 for 2.2 with things in the way,
+ *   (t / 4e-4)^0.31 of it, where patches touch, else all of it, as higher degrees, the rest, e, as elements,
+ *   links like e^1.5, blocks like g^1.7,
  *   memory = 20 MB + 1.5 b + 1.5 MB min(g - 1, 10),  CPU seconds = 0.1 + (0.12, or 0.3) b / MB.
  * All constants are observed, on the scenes of scenes/, with one machine's seconds (12 to 33 MB are the
  * program's own, by what its allocators keep). Refinement goes in steps that multiply the coefficients by 3

@@ -29,6 +29,7 @@ struct hpr_coverage {
     const hpr_patches *patches;
     const hpr_elements *elements;
     uint32_t *trim_of_leaf; /* [leaf_count] index into trim, HPR_NONE: open */
+    bool *cut;              /* [leaf_count] a foot runs through it */
     size_t trim_count, trim_capacity;
     trimmed *trim;
 };
@@ -65,6 +66,7 @@ void hpr_coverage_destroy(hpr_coverage **out)
     }
     hpr_release(coverage->context, coverage->trim);
     hpr_release(coverage->context, coverage->trim_of_leaf);
+    hpr_release(coverage->context, coverage->cut);
     hpr_release(coverage->context, coverage);
     *out = NULL;
 }
@@ -238,9 +240,19 @@ static hpr_status find_feet(search *s)
     return status;
 }
 
-/* Lies the point, on the patch's plane, in a patch that faces the other way? */
-static bool lies_against(const search *s, const double point[3])
+/* Is one of the two a side of a sheet, and light counts on its other side and not here? That one faces as the
+ * patch does: of two sheets the first counts (hpr_visibility_first_hit shows it), of one the sheet. */
+static bool is_under_sheet(const hpr_patches *patches, uint32_t patch, uint32_t against)
 {
+    uint32_t own = patches->twin[patch], other = patches->twin[against];
+    return own != HPR_NONE && other != HPR_NONE ? other < patch : own != other;
+}
+
+/* The patch that faces the other way and in which the point, on the search's patch's plane, lies: one of a
+ * sheet if that covers it, HPR_NONE if there is none. at: its parameters there. */
+static uint32_t lies_against(const search *s, const double point[3], double at[2])
+{
+    uint32_t found = HPR_NONE;
     const hpr_patches *patches = s->coverage->patches;
     const double *normal = patches->normal + 3 * (size_t)s->patch;
     for (size_t i = 0; s->faced && i < patches->count; i++) {
@@ -252,10 +264,15 @@ static bool lies_against(const search *s, const double point[3])
         if (fabs(hpr_dot3(offset, patches->normal + 3 * i)) > s->slack)
             continue;
         hpr_patch_parameters(patches, i, point, &u, &v);
-        if (hpr_shape_holds((hpr_shape)patches->shape[i], patches->opposite + 2 * i, u, v))
-            return true;
+        if (!hpr_shape_holds((hpr_shape)patches->shape[i], patches->opposite + 2 * i, u, v))
+            continue;
+        found = (uint32_t)i;
+        at[0] = u;
+        at[1] = v;
+        if (is_under_sheet(patches, s->patch, found))
+            break;
     }
-    return false;
+    return found;
 }
 
 static hpr_polygon patch_outline(const hpr_patches *patches, size_t patch)
@@ -290,8 +307,7 @@ static bool is_covered(const search *s, uint32_t node, const hpr_polygon *piece)
         point[k] = e->origin[3 * node + k] + at[0] * e->edge1[3 * node + k] + at[1] * e->edge2[3 * node + k];
     double u, v;
     hpr_patch_parameters(s->coverage->patches, s->patch, point, &u, &v);
-    return lies_against(s, point) ||
-           (s->foot_count && s->region[hpr_region_at(s->region, s->first_region, s->patch, u, v)].shut);
+    return s->region[hpr_region_at(s->region, s->first_region, s->patch, u, v)].shut;
 }
 
 /* A foot in the parameters of a leaf. */
@@ -395,6 +411,7 @@ static hpr_status trim_leaf(search *s, size_t leaf)
             cuts.piece[open++] = cuts.piece[i];
     }
     bool covered = open < cuts.count;
+    s->coverage->cut[leaf] = cuts.count > 1 && open > 0;
     if (covered)
         open = hpr_cuts_merge(cuts.piece, open, slack);
     if (open > HPR_COVERAGE_PIECES)
@@ -423,14 +440,16 @@ static hpr_status add_regions(search *s)
                                  first + (size_t)cuts.count, sizeof *s->region);
     for (int i = 0; status == HPR_OK && i < cuts.count; i++) {
         patch_middle(patches, s->patch, &cuts.piece[i], point);
-        s->region[first + (size_t)i] =
-            (hpr_region){.outline = cuts.piece[i], .patch = s->patch, .covered = lies_against(s, point)};
+        hpr_region *region = &s->region[first + (size_t)i];
+        *region = (hpr_region){.outline = cuts.piece[i], .patch = s->patch};
+        region->against = lies_against(s, point, region->against_at);
+        region->covered = region->against != HPR_NONE && is_under_sheet(patches, s->patch, region->against);
     }
     s->first_region[s->patch + 1] = first + (size_t)cuts.count;
     return status;
 }
 
-/* Which regions are shut; none if no patch has a foot on it. */
+/* Which regions are shut; none if no patch has a foot on it or another against it. */
 static hpr_status find_regions(search *s)
 {
     const hpr_patches *patches = s->coverage->patches;
@@ -439,7 +458,7 @@ static hpr_status find_regions(search *s)
                                           sizeof *s->first_region, "covered elements");
     for (s->patch = 0; status == HPR_OK && s->patch < patches->count; s->patch++) {
         status = find_feet(s);
-        found |= s->foot_count > 0;
+        found |= s->foot_count > 0 || s->faced;
         if (status == HPR_OK)
             status = add_regions(s);
     }
@@ -458,8 +477,6 @@ static hpr_status trim_all(search *s)
         status = find_feet(s);
         if (status != HPR_OK || (s->foot_count == 0 && !s->faced))
             continue;
-        if (!s->visibility)
-            status = hpr_visibility_create(s->coverage->patches, &s->visibility);
         for (size_t leaf = e->patch_leaf[s->patch]; status == HPR_OK && leaf < e->patch_leaf[s->patch + 1];
              leaf++)
             status = trim_leaf(s, leaf);
@@ -481,6 +498,9 @@ hpr_status hpr_coverage_create(const hpr_patches *patches, const hpr_elements *e
     s.coverage = coverage;
     status = hpr_allocate_into(ctx, &coverage->trim_of_leaf, elements->leaf_count,
                                sizeof *coverage->trim_of_leaf, "covered elements");
+    if (status == HPR_OK)
+        status = hpr_allocate_into(ctx, &coverage->cut, elements->leaf_count, sizeof *coverage->cut,
+                                   "covered elements");
     if (status == HPR_OK)
         status = make_boxes(&s);
     if (status == HPR_OK) {
@@ -515,6 +535,11 @@ static const trimmed *trim_of(const hpr_coverage *coverage, size_t leaf)
 {
     uint32_t index = coverage->trim_of_leaf[leaf];
     return index == HPR_NONE ? NULL : &coverage->trim[index];
+}
+
+bool hpr_coverage_cut(const hpr_coverage *coverage, size_t leaf)
+{
+    return coverage->cut[leaf];
 }
 
 const hpr_polygon *hpr_coverage_parts(const hpr_coverage *coverage, size_t leaf, int *count)

@@ -21,9 +21,9 @@ typedef struct hpr_coverage hpr_coverage;
 
 /*
  * Finds the covered parts: each patch is cut along the lines in which other patches meet its plane; a piece
- * is covered if it lies against a patch that faces it, or if no light can come there, as under a closed block
- * (link/shut.h). In a scene of more than 20,000 patches all counts as open.
- * Errors: HPR_ERR_MEMORY, HPR_ERR_DEVICE.
+ * is covered if it lies against a patch that faces it, but not if the two are the sides of a thin wall, or if
+ * no light can come there, as under a closed block (link/shut.h). In a scene of more than 20,000 patches all
+ * counts as open. Errors: HPR_ERR_MEMORY, HPR_ERR_DEVICE.
  */
 hpr_status hpr_coverage_create(const hpr_patches *patches, const hpr_elements *elements,
                                hpr_coverage **coverage);
@@ -34,6 +34,10 @@ const hpr_patches *hpr_coverage_patches(const hpr_coverage *coverage);
 
 /* Leaves of which some part is covered, and those of which all is. */
 void hpr_coverage_count(const hpr_coverage *coverage, size_t *partly, size_t *wholly);
+
+/* Does something stand on a leaf that is not covered wholly? There H jumps, from one side of a sheet to the
+ * other if nothing is covered. */
+bool hpr_coverage_cut(const hpr_coverage *coverage, size_t leaf);
 
 /*
  * The open part of a leaf of which some part is covered: convex polygons in its parameters, *count of them, 0

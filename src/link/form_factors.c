@@ -10,9 +10,9 @@
 /* What a thread needs for a tile beside its pairs one by one. */
 typedef struct tile_worker {
     hpr_pairs_worker *one;
-    hpr_element_frame *frame; /* [2 most] of the patches of its rows, then of its columns */
-    double *part;             /* [most][most] A_p F_pq of these */
-    uint8_t *kind;            /* [most][most] hpr_pair_kind */
+    hpr_element_frame *frame; /* [2 panel] of patches of its rows, then of its columns */
+    double *part;             /* [panel][panel] A_p F_pq of these */
+    uint8_t *kind;            /* [panel][panel] hpr_pair_kind */
     double *scratch;
     double *exchange; /* [side][side] */
 } tile_worker;
@@ -21,12 +21,12 @@ typedef struct assembly {
     hpr_pairs pairs;
     const hpr_rows *rows;
     double tolerance;
-    size_t side, most; /* of a tile; patches of as many rows, at most */
+    size_t side, panel; /* rows of a tile; patches that are gone through at once */
     hpr_far *far;
     tile_worker *worker; /* [threads] */
 } assembly;
 
-/* The patches of a tile's rows and columns, as places in rows->member. */
+/* Patches of a tile's rows and of its columns, as places in rows->member. */
 typedef struct tile_patches {
     size_t recv, recv_count, send, send_count;
     bool square; /* both are the same */
@@ -37,39 +37,48 @@ static const uint32_t *patch_at(const assembly *a, size_t place)
     return a->rows->member + place;
 }
 
+/* A_p F_pq of the block that the worker has. */
+static double exchange_of(const assembly *a, const hpr_pairs_worker *w, size_t p, size_t q)
+{
+    const double *area = a->rows->patches->area_m2;
+    return sqrt(area[p]) * sqrt(area[q]) * w->block[0];
+}
+
 /* A_p F_pq to a relative tolerance. */
 static double integrate_exchange(const assembly *a, hpr_pairs_worker *w, size_t p, size_t q, double tolerance)
 {
-    const double *area = a->rows->patches->area_m2;
-    return hpr_pairs_integrate(&a->pairs, w, p, q, tolerance) ? sqrt(area[p]) * sqrt(area[q]) * w->block[0]
-                                                              : 0;
+    return hpr_pairs_integrate(&a->pairs, w, p, q, tolerance) ? exchange_of(a, w, p, q) : 0;
 }
 
-/* How a pair of patches is to be integrated: in bulk, by itself, or not at all because it is zero. */
-static hpr_pair_kind kind_of(const assembly *a, tile_worker *w, uint32_t p, uint32_t q)
+/* How a pair of patches is to be integrated: in bulk, by itself, or not at all because it is zero. What may
+ * be blocked is integrated here and now, for the blockers are at hand. */
+static hpr_pair_kind begin_pair(const assembly *a, hpr_pairs_worker *w, uint32_t p, uint32_t q, double *part)
 {
     const uint8_t *shape = a->rows->patches->shape;
     if (!hpr_pairs_counts(&a->pairs, p, q))
         return HPR_PAIR_UNASKED;
     hpr_verdict verdict = hpr_views_between(a->pairs.views, p, q);
     if (verdict == HPR_SEES_PARTLY)
-        verdict = hpr_views_classify(a->pairs.views, w->one->cursor, p, q, NULL, NULL);
-    if (verdict == HPR_SEES_NOTHING)
+        verdict = hpr_pairs_look(&a->pairs, w, p, q);
+    if (verdict == HPR_SEES_PARTLY && hpr_pairs_integrate_past(&a->pairs, w, p, q, a->tolerance))
+        *part = exchange_of(a, w, p, q);
+    if (verdict != HPR_SEES_WHOLLY)
         return HPR_PAIR_UNASKED;
-    bool bulk = verdict == HPR_SEES_WHOLLY && shape[p] != HPR_SHAPE_QUADRILATERAL &&
-                shape[q] != HPR_SHAPE_QUADRILATERAL;
+    bool bulk = shape[p] != HPR_SHAPE_QUADRILATERAL && shape[q] != HPR_SHAPE_QUADRILATERAL;
     return bulk ? HPR_PAIR_WANTED : HPR_PAIR_LEFT;
 }
 
 /* Of square tiles only pairs of a patch and a later one. */
-static void mark_pairs(const assembly *a, tile_worker *w, const tile_patches *t)
+static void begin_pairs(const assembly *a, tile_worker *w, const tile_patches *t)
 {
+    memset(w->part, 0, t->recv_count * t->send_count * sizeof *w->part);
+    memset(w->kind, HPR_PAIR_UNASKED, t->recv_count * t->send_count);
     for (size_t m = 0; m < t->recv_count; m++) {
-        uint8_t *kind = w->kind + m * t->send_count;
-        size_t begin = t->square ? m + 1 : 0;
-        memset(kind, HPR_PAIR_UNASKED, begin);
-        for (size_t n = begin; n < t->send_count; n++)
-            kind[n] = (uint8_t)kind_of(a, w, *patch_at(a, t->recv + m), *patch_at(a, t->send + n));
+        for (size_t n = t->square ? m + 1 : 0; n < t->send_count && !hpr_cancelled(a->pairs.context); n++) {
+            size_t at = m * t->send_count + n;
+            w->kind[at] = (uint8_t)begin_pair(a, w->one, *patch_at(a, t->recv + m), *patch_at(a, t->send + n),
+                                              &w->part[at]);
+        }
     }
 }
 
@@ -87,9 +96,11 @@ static void integrate_bulk(const assembly *a, tile_worker *w, const tile_patches
         w->frame[t->recv_count + n] = hpr_pairs_frame(&a->pairs, *patch_at(a, t->send + n));
     hpr_constants_result result = hpr_constants_block(&task, w->part, w->kind, w->scratch);
     for (size_t m = 0; m < t->recv_count; m++) {
-        for (size_t n = 0; n < t->send_count; n++)
-            w->part[m * t->send_count + n] *=
-                sqrt(w->frame[m].area_m2) * sqrt(w->frame[t->recv_count + n].area_m2);
+        for (size_t n = 0; n < t->send_count; n++) {
+            size_t at = m * t->send_count + n;
+            if (w->kind[at] == HPR_PAIR_WANTED)
+                w->part[at] *= sqrt(w->frame[m].area_m2) * sqrt(w->frame[t->recv_count + n].area_m2);
+        }
     }
     w->one->kernel_count += result.kernel_count;
     w->one->done.pair_count += result.pair_count;
@@ -98,10 +109,8 @@ static void integrate_bulk(const assembly *a, tile_worker *w, const tile_patches
 
 static void integrate_parts(const assembly *a, tile_worker *w, const tile_patches *t)
 {
-    memset(w->part, 0, t->recv_count * t->send_count * sizeof *w->part);
-    mark_pairs(a, w, t);
-    if (t->recv_count && t->send_count)
-        integrate_bulk(a, w, t);
+    begin_pairs(a, w, t);
+    integrate_bulk(a, w, t);
     for (size_t m = 0; m < t->recv_count; m++) {
         for (size_t n = 0; n < t->send_count && !hpr_cancelled(a->pairs.context); n++) {
             size_t at = m * t->send_count + n;
@@ -112,39 +121,48 @@ static void integrate_parts(const assembly *a, tile_worker *w, const tile_patche
     }
 }
 
-/* A_i F_ij of its parts, each once more if its error might be more than allowed (INFINITY: none is). Pairs
- * within one row count in both directions. */
-static double sum_entry(const assembly *a, tile_worker *w, const tile_patches *t, size_t i, size_t j,
-                        double allowed_m2)
+/* Adds the parts of a panel to the entries that they are of. */
+static void add_parts(const assembly *a, const tile_worker *w, const tile_patches *t,
+                      const hpr_factor_tile *tile)
+{
+    const uint32_t *row = a->rows->patch_row;
+    for (size_t m = 0; m < t->recv_count; m++) {
+        double *entry = w->exchange + (row[*patch_at(a, t->recv + m)] - tile->row) * tile->column_count;
+        for (size_t n = 0; n < t->send_count; n++)
+            entry[row[*patch_at(a, t->send + n)] - tile->column] += w->part[m * t->send_count + n];
+    }
+}
+
+/* A_i F_ij anew, each part to an absolute error as well. Pairs within one row count in both directions. */
+static double sum_exactly(const assembly *a, tile_worker *w, size_t i, size_t j, double allowed_m2)
 {
     static const double tight = 1e-14;
     const hpr_rows *rows = a->rows;
     double sum = 0;
     for (size_t m = rows->first[i]; m < rows->first[i + 1]; m++) {
         for (size_t n = i == j ? m + 1 : rows->first[j]; n < rows->first[j + 1]; n++) {
-            double part = w->part[(m - t->recv) * t->send_count + (n - t->send)];
+            uint32_t p = *patch_at(a, m), q = *patch_at(a, n);
+            double part = integrate_exchange(a, w->one, p, q, a->tolerance);
             if (part * a->tolerance > allowed_m2)
-                part = integrate_exchange(a, w->one, *patch_at(a, m), *patch_at(a, n),
-                                          fmax(tight, allowed_m2 / part));
+                part = integrate_exchange(a, w->one, p, q, fmax(tight, allowed_m2 / part));
             sum += part;
         }
     }
     return i == j ? 2 * sum : sum;
 }
 
-/* Where one sees hardly anything but the other, an error within the tolerance may make that more than all:
- * then the errors of all pairs of patches together are asked to be less and less, in the end rounding. */
-static double finish_entry(const assembly *a, tile_worker *w, const tile_patches *t, size_t i, size_t j)
+/* Where one sees hardly anything but the other, an error within the tolerance might make that more than all:
+ * then the errors of all pairs of patches together must be rounding. */
+static double finish_entry(const assembly *a, tile_worker *w, size_t i, size_t j, double sum)
 {
-    static const double rounding = 1e-14, step = 1e-3;
+    static const double rounding = 1e-14;
     const hpr_rows *rows = a->rows;
     double smaller = fmin(rows->row[i].area_m2, rows->row[j].area_m2);
-    double sum = sum_entry(a, w, t, i, j, INFINITY);
-    size_t pairs = (rows->first[i + 1] - rows->first[i]) * (rows->first[j + 1] - rows->first[j]);
-    for (double asked = a->tolerance; sum > (1 + rounding / 2) * smaller && asked > rounding;) {
+    sum *= i == j ? 2 : 1;
+    if (sum > (1 - a->tolerance) * smaller) {
         const hpr_pairs_done done = w->one->done;
-        asked = fmax(asked * step, rounding);
-        sum = sum_entry(a, w, t, i, j, asked * smaller / (double)pairs);
+        size_t pairs = (rows->first[i + 1] - rows->first[i]) * (rows->first[j + 1] - rows->first[j]);
+        sum = sum_exactly(a, w, i, j, rounding * smaller / (double)pairs);
         w->one->done = done;
     }
     return sum;
@@ -169,22 +187,36 @@ static void add_masks(const hpr_rows *rows, const hpr_factor_tile *tile, double 
     }
 }
 
+/* All pairs of patches of the tile, panel by panel: a row may have any number of patches. */
+static void integrate_panels(const assembly *a, tile_worker *w, const hpr_factor_tile *tile)
+{
+    const size_t *first = a->rows->first;
+    size_t recv_end = first[tile->row + tile->row_count], send_end = first[tile->column + tile->column_count];
+    bool square = tile->row == tile->column;
+    for (size_t recv = first[tile->row]; recv < recv_end; recv += a->panel) {
+        for (size_t send = square ? recv : first[tile->column]; send < send_end; send += a->panel) {
+            const tile_patches patches = {recv, smaller_of(a->panel, recv_end - recv), send,
+                                          smaller_of(a->panel, send_end - send), recv == send};
+            integrate_parts(a, w, &patches);
+            add_parts(a, w, &patches, tile);
+        }
+    }
+}
+
 static hpr_factor_tile integrate_tile(const assembly *a, tile_worker *w, size_t row, size_t column)
 {
     const hpr_rows *rows = a->rows;
-    size_t row_end = smaller_of(row + a->side, rows->count),
-           column_end = smaller_of(column + a->side, rows->count);
-    const hpr_factor_tile tile = {row, column, row_end - row, column_end - column, w->exchange};
-    const tile_patches patches = {rows->first[row], rows->first[row_end] - rows->first[row],
-                                  rows->first[column], rows->first[column_end] - rows->first[column],
-                                  row == column};
-    integrate_parts(a, w, &patches);
-    for (size_t i = row; i < row_end; i++) {
-        for (size_t j = row == column ? i : column; j < column_end; j++) {
-            double *entry = w->exchange + (i - row) * tile.column_count;
-            entry[j - column] = finish_entry(a, w, &patches, i, j);
+    const hpr_factor_tile tile = {row, column, smaller_of(a->side, rows->count - row),
+                                  smaller_of(a->side, rows->count - column), w->exchange};
+    size_t width = tile.column_count;
+    memset(w->exchange, 0, tile.row_count * width * sizeof *w->exchange);
+    integrate_panels(a, w, &tile);
+    for (size_t i = 0; i < tile.row_count; i++) {
+        for (size_t j = row == column ? i : 0; j < width; j++) {
+            double *entry = &w->exchange[i * width + j];
+            *entry = finish_entry(a, w, row + i, column + j, *entry);
             if (row == column)
-                w->exchange[(j - row) * tile.column_count + (i - row)] = entry[j - column];
+                w->exchange[j * width + i] = *entry;
         }
     }
     add_masks(rows, &tile, w->exchange);
@@ -231,15 +263,15 @@ static hpr_status integrate_all(assembly *a, const hpr_factor_sink *sink)
     return (hpr_status)failure;
 }
 
-/* The most patches that the rows of a tile have. */
-static size_t most_patches(const hpr_rows *rows, size_t side)
+/* The most patches that the rows of a tile have, but no more than are gone through at once. */
+static size_t panel_of(const hpr_rows *rows, size_t side)
 {
     size_t most = 1;
     for (size_t row = 0; row < rows->count; row += side) {
         size_t count = rows->first[smaller_of(row + side, rows->count)] - rows->first[row];
         most = count > most ? count : most;
     }
-    return most;
+    return smaller_of(most, HPR_FACTOR_TILE_MOST);
 }
 
 static hpr_status open_workers(assembly *a)
@@ -247,19 +279,19 @@ static hpr_status open_workers(assembly *a)
     static const char what[] = "quadrature scratch";
     hpr_context *ctx = a->pairs.context;
     int threads = hpr_context_threads(ctx);
-    size_t most = a->most;
+    size_t panel = a->panel;
     hpr_status status = hpr_allocate_into(ctx, &a->worker, (size_t)threads, sizeof *a->worker, what);
     for (int t = 0; status == HPR_OK && t < threads; t++) {
         tile_worker *w = &a->worker[t];
         w->one = &a->pairs.worker[t];
-        status = hpr_allocate_into(ctx, &w->frame, 2 * most, sizeof *w->frame, what);
+        status = hpr_allocate_into(ctx, &w->frame, 2 * panel, sizeof *w->frame, what);
         if (status == HPR_OK)
-            status = hpr_allocate_into(ctx, &w->part, most * most, sizeof *w->part, what);
+            status = hpr_allocate_into(ctx, &w->part, panel * panel, sizeof *w->part, what);
         if (status == HPR_OK)
-            status = hpr_allocate_into(ctx, &w->kind, most * most, sizeof *w->kind, what);
+            status = hpr_allocate_into(ctx, &w->kind, panel * panel, sizeof *w->kind, what);
         if (status == HPR_OK)
-            status =
-                hpr_allocate_into(ctx, &w->scratch, hpr_constants_scratch(most, most), sizeof(double), what);
+            status = hpr_allocate_into(ctx, &w->scratch, hpr_constants_scratch(panel, panel), sizeof(double),
+                                       what);
         if (status == HPR_OK)
             status = hpr_allocate_into(ctx, &w->exchange, a->side * a->side, sizeof(double), what);
     }
@@ -282,7 +314,7 @@ hpr_status hpr_form_factors_stream(const hpr_rows *rows, double tolerance, const
                                    hpr_pairs_done *done)
 {
     assembly a = {.rows = rows, .tolerance = tolerance, .side = hpr_factor_tile_side(rows->count)};
-    a.most = most_patches(rows, a.side);
+    a.panel = panel_of(rows, a.side);
     hpr_status status = hpr_pairs_open(rows, 0, &a.pairs);
     if (status == HPR_OK)
         status = hpr_far_create(rows->context, 0, &a.far);

@@ -45,21 +45,23 @@ static void count(hpr_pairs_worker *w, const hpr_block_task *task, const hpr_blo
     w->done.short_count += result->status >= HPR_BLOCK_SHORT;
 }
 
-bool hpr_pairs_integrate(const hpr_pairs *pairs, hpr_pairs_worker *w, size_t p, size_t q, double tolerance)
+hpr_verdict hpr_pairs_look(const hpr_pairs *pairs, hpr_pairs_worker *w, size_t p, size_t q)
 {
-    if (!hpr_pairs_counts(pairs, p, q))
-        return false;
-    hpr_block_task task = {.recv = hpr_pairs_frame(pairs, p),
-                           .send = hpr_pairs_frame(pairs, q),
-                           .tolerance = tolerance,
-                           .contact_m = pairs->rows->patches->weld_m,
-                           .visibility = pairs->visibility,
-                           .blockers = w->blocker,
-                           .clip = true,
-                           .seed = (uint64_t)p << 32 | q};
-    if (hpr_views_classify(pairs->views, w->cursor, p, q, w->blocker, &task.blocker_count) ==
-        HPR_SEES_NOTHING)
-        return false;
+    return hpr_views_classify(pairs->views, w->cursor, p, q, w->blocker, &w->blocker_count);
+}
+
+bool hpr_pairs_integrate_past(const hpr_pairs *pairs, hpr_pairs_worker *w, size_t p, size_t q,
+                              double tolerance)
+{
+    const hpr_block_task task = {.recv = hpr_pairs_frame(pairs, p),
+                                 .send = hpr_pairs_frame(pairs, q),
+                                 .tolerance = tolerance,
+                                 .contact_m = pairs->rows->patches->weld_m,
+                                 .visibility = pairs->visibility,
+                                 .blockers = w->blocker,
+                                 .blocker_count = w->blocker_count,
+                                 .clip = true,
+                                 .seed = (uint64_t)p << 32 | q};
     hpr_block_result result = hpr_block_ref(pairs->quadrature, &task, w->block, w->scratch);
     w->kernel_count += result.kernel_count;
     w->ray_count += result.ray_count;
@@ -67,6 +69,12 @@ bool hpr_pairs_integrate(const hpr_pairs *pairs, hpr_pairs_worker *w, size_t p, 
     if (result.seen)
         count(w, &task, &result);
     return result.seen;
+}
+
+bool hpr_pairs_integrate(const hpr_pairs *pairs, hpr_pairs_worker *w, size_t p, size_t q, double tolerance)
+{
+    return hpr_pairs_counts(pairs, p, q) && hpr_pairs_look(pairs, w, p, q) != HPR_SEES_NOTHING &&
+           hpr_pairs_integrate_past(pairs, w, p, q, tolerance);
 }
 
 static hpr_status make_workers(hpr_pairs *pairs)

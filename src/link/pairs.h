@@ -24,8 +24,9 @@ typedef struct hpr_pairs_done {
 typedef struct hpr_pairs_worker {
     hpr_block_scratch *scratch;
     hpr_views_cursor *cursor;
-    uint32_t *blocker; /* [occluder_count] */
-    double *block;     /* [HPR_MAX_BASIS]^2 */
+    uint32_t *blocker; /* [occluder_count] what may come between the pair looked at last */
+    size_t blocker_count;
+    double *block; /* [HPR_MAX_BASIS]^2 */
     hpr_pairs_done done;
     uint64_t kernel_count, ray_count, clip_count;
 } hpr_pairs_worker;
@@ -52,7 +53,15 @@ hpr_element_frame hpr_pairs_frame(const hpr_pairs *pairs, size_t patch);
 /* Do patches of different surfaces, both with an area, meet here? */
 bool hpr_pairs_counts(const hpr_pairs *pairs, size_t p, size_t q);
 
-/* The block of patches p (receiver) and q into w->block, to this tolerance; false if it is zero. */
+/* Who sees whom, and past what: that goes to the worker. Of patches that count. */
+hpr_verdict hpr_pairs_look(const hpr_pairs *pairs, hpr_pairs_worker *w, size_t p, size_t q);
+
+/* The block of patches p (receiver) and q into w->block, to this tolerance, past the blockers in the worker;
+ * false if it is zero. */
+bool hpr_pairs_integrate_past(const hpr_pairs *pairs, hpr_pairs_worker *w, size_t p, size_t q,
+                              double tolerance);
+
+/* Both, of any two patches. */
 bool hpr_pairs_integrate(const hpr_pairs *pairs, hpr_pairs_worker *w, size_t p, size_t q, double tolerance);
 
 /* Functions of the largest patch at this degree; 1 if there is none. */

@@ -89,6 +89,26 @@ static void connect(const hpr_patches *patches, const hpr_region *region, uint32
         unite(parent, i, outside);
 }
 
+static bool sees_only_backs(const uint32_t *seen, size_t i)
+{
+    bool only = true;
+    for (size_t k = 0; only && k < DIRECTIONS; k++)
+        only = seen[i * DIRECTIONS + k] == i;
+    return only;
+}
+
+/* What stands on something covers it, and is covered by it. */
+static void cover(hpr_region *region, const size_t *first, size_t count, const uint32_t *seen)
+{
+    for (size_t i = 0; i < count; i++) {
+        if (region[i].covered || region[i].against == HPR_NONE)
+            continue;
+        size_t other =
+            hpr_region_at(region, first, region[i].against, region[i].against_at[0], region[i].against_at[1]);
+        region[i].covered = sees_only_backs(seen, i) || sees_only_backs(seen, other);
+    }
+}
+
 hpr_status hpr_regions_shut(const hpr_visibility *visibility, double slack, hpr_region *region,
                             const size_t *first)
 {
@@ -105,9 +125,9 @@ hpr_status hpr_regions_shut(const hpr_visibility *visibility, double slack, hpr_
         parent[i] = i;
 #pragma omp parallel for schedule(dynamic, 16) num_threads(hpr_context_threads(ctx))
     for (size_t i = 0; i < count; i++) {
-        if (!region[i].covered)
-            look_around(visibility, slack, region, first, i, seen + i * DIRECTIONS);
+        look_around(visibility, slack, region, first, i, seen + i * DIRECTIONS);
     }
+    cover(region, first, count, seen);
     for (uint32_t i = 0; i < count; i++) {
         for (size_t k = 0; k < DIRECTIONS && !region[i].covered; k++)
             connect(patches, region, parent, i, seen[i * DIRECTIONS + k], (uint32_t)count);

@@ -10,7 +10,9 @@
 typedef struct hpr_region {
     hpr_polygon outline;
     uint32_t patch;
-    bool covered; /* something lies against it: it neither sees nor sends */
+    uint32_t against;     /* patch in its plane that faces the other way, HPR_NONE: none */
+    double against_at[2]; /* where the region's middle is on it */
+    bool covered;         /* it neither sees nor sends */
     bool shut;
 } hpr_region;
 
@@ -19,10 +21,12 @@ typedef struct hpr_region {
 size_t hpr_region_at(const hpr_region *region, const size_t *first, size_t patch, double s, double t);
 
 /*
- * Sets `shut` of regions that cover all patches. From the middle of each go rays in directions on a Fibonacci
- * lattice, cosine distributed; regions of which one sees the other's front are in one space. A region is shut
- * if it is covered, or if in its space no emitter shines on anything and from nowhere in it a ray leaves the
- * scene. slack: rays do not see what is nearer. Same result for any thread count. Errors: HPR_ERR_MEMORY.
+ * Sets `shut`, and more of `covered`, of regions that cover all patches. From the middle of each go rays in
+ * directions on a Fibonacci lattice, cosine distributed. Where one region lies against another they cover
+ * each other if one of them sees only backs: it is in a body that stands there. Else they are the two sides
+ * of a thin wall. Regions of which one sees the other's front are in one space. A region is shut if it is
+ * covered, or if in its space no emitter shines on anything and from nowhere in it a ray leaves the scene.
+ * slack: rays do not see what is nearer. Same result for any thread count. Errors: HPR_ERR_MEMORY.
  */
 hpr_status hpr_regions_shut(const hpr_visibility *visibility, double slack, hpr_region *region,
                             const size_t *first);

@@ -268,42 +268,105 @@ static void hand_down(const hpr_tree *tree, uint32_t node, double *value)
     }
 }
 
-void hpr_tree_pull(const hpr_tree *tree, size_t patch, const double *leaf, double *value)
+/*
+ * A patch's nodes in parts for threads: subtrees, which are consecutive in tree->node, and what lies above
+ * them. There are few of either, whatever the number of threads.
+ */
+typedef struct part {
+    uint32_t from, to; /* in tree->node */
+} part;
+
+enum { MAX_PARTS = 64, SHARED_NODES = 1 << 13 }; /* so many nodes take about a millisecond */
+
+typedef struct parts {
+    size_t part_count, above_count;
+    part part[MAX_PARTS];
+    uint32_t above[MAX_PARTS]; /* in tree->node, each before what is below it */
+} parts;
+
+/* A tree of n leaves has 2 n - 1 nodes. */
+static uint32_t nodes_below(const hpr_tree *tree, uint32_t node)
+{
+    return 2 * (tree->leaf[2 * (size_t)node + 1] - tree->leaf[2 * (size_t)node]) - 1;
+}
+
+static void split_below(const hpr_tree *tree, uint32_t at, int depth, parts *p)
+{
+    enum { DEPTH = 5 }; /* 2^DEPTH parts at most */
+    uint32_t node = tree->node[at], count = nodes_below(tree, node);
+    if (depth == DEPTH || count < SHARED_NODES / 8) {
+        p->part[p->part_count++] = (part){at, at + count};
+        return;
+    }
+    p->above[p->above_count++] = at;
+    uint32_t second = at + 1 + nodes_below(tree, tree->elements->child[node]);
+    split_below(tree, at + 1, depth + 1, p);
+    split_below(tree, second, depth + 1, p);
+}
+
+static bool is_shared(const hpr_tree *tree, size_t patch)
+{
+    return tree->first[patch + 1] - tree->first[patch] >= SHARED_NODES;
+}
+
+static void pull_node(const hpr_tree *tree, uint32_t node, const double *leaf, double *value)
 {
     const hpr_elements *e = tree->elements;
-    for (uint32_t i = tree->first[patch + 1]; i-- > tree->first[patch];) {
-        uint32_t node = tree->node[i];
-        if (e->child[node] == HPR_NONE) {
-            copy_leaf(tree, node, leaf, value, false);
-            continue;
-        }
-        memset(value + tree->dof[node], 0, own_count(tree, node) * sizeof *value);
-        for (int which = 0; which < 2; which++) {
-            hpr_half half = half_of(tree, node, which);
-            hpr_two_scale_pull(tree->two_scale, &half, value + tree->dof[e->child[node] + (uint32_t)which],
-                               value + tree->dof[node]);
-        }
-        if (has_copy(tree, node))
-            memcpy(value + leaves_dof(tree, node), leaf + e->dof[tree->leaf[2 * node]],
-                   leaves_count(tree, node) * sizeof *value);
+    if (e->child[node] == HPR_NONE) {
+        copy_leaf(tree, node, leaf, value, false);
+        return;
+    }
+    memset(value + tree->dof[node], 0, own_count(tree, node) * sizeof *value);
+    for (int which = 0; which < 2; which++) {
+        hpr_half half = half_of(tree, node, which);
+        hpr_two_scale_pull(tree->two_scale, &half, value + tree->dof[e->child[node] + (uint32_t)which],
+                           value + tree->dof[node]);
+    }
+    if (has_copy(tree, node))
+        memcpy(value + leaves_dof(tree, node), leaf + e->dof[tree->leaf[2 * node]],
+               leaves_count(tree, node) * sizeof *value);
+}
+
+void hpr_tree_pull(const hpr_tree *tree, size_t patch, const double *leaf, double *value)
+{
+    parts p = {0};
+    split_below(tree, tree->first[patch], 0, &p);
+#pragma omp parallel for schedule(dynamic, 1)                                                                \
+    num_threads(hpr_context_threads(tree->context)) if (is_shared(tree, patch))
+    for (size_t k = 0; k < p.part_count; k++) {
+        for (uint32_t i = p.part[k].to; i-- > p.part[k].from;)
+            pull_node(tree, tree->node[i], leaf, value);
+    }
+    for (size_t k = p.above_count; k-- > 0;)
+        pull_node(tree, tree->node[p.above[k]], leaf, value);
+}
+
+static void push_node(const hpr_tree *tree, uint32_t node, double *value, double *leaf)
+{
+    const hpr_elements *e = tree->elements;
+    if (e->child[node] == HPR_NONE) {
+        copy_leaf(tree, node, value, leaf, true);
+        return;
+    }
+    if (has_copy(tree, node))
+        hand_down(tree, node, value);
+    for (int which = 0; which < 2; which++) {
+        hpr_half half = half_of(tree, node, which);
+        hpr_two_scale_push(tree->two_scale, &half, value + tree->dof[node],
+                           value + tree->dof[e->child[node] + (uint32_t)which]);
     }
 }
 
 void hpr_tree_push(const hpr_tree *tree, size_t patch, double *value, double *leaf)
 {
-    const hpr_elements *e = tree->elements;
-    for (uint32_t i = tree->first[patch]; i < tree->first[patch + 1]; i++) {
-        uint32_t node = tree->node[i];
-        if (e->child[node] == HPR_NONE) {
-            copy_leaf(tree, node, value, leaf, true);
-            continue;
-        }
-        if (has_copy(tree, node))
-            hand_down(tree, node, value);
-        for (int which = 0; which < 2; which++) {
-            hpr_half half = half_of(tree, node, which);
-            hpr_two_scale_push(tree->two_scale, &half, value + tree->dof[node],
-                               value + tree->dof[e->child[node] + (uint32_t)which]);
-        }
+    parts p = {0};
+    split_below(tree, tree->first[patch], 0, &p);
+    for (size_t k = 0; k < p.above_count; k++)
+        push_node(tree, tree->node[p.above[k]], value, leaf);
+#pragma omp parallel for schedule(dynamic, 1)                                                                \
+    num_threads(hpr_context_threads(tree->context)) if (is_shared(tree, patch))
+    for (size_t k = 0; k < p.part_count; k++) {
+        for (uint32_t i = p.part[k].from; i < p.part[k].to; i++)
+            push_node(tree, tree->node[i], value, leaf);
     }
 }

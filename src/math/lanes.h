@@ -21,7 +21,11 @@ typedef double hpr_lanes __attribute__((vector_size(8 * HPR_LANES)));
 
 #define HPR_LANES_BODY static inline __attribute__((always_inline))
 #define HPR_TARGET_AVX2 __attribute__((target("avx2")))
+#ifdef __clang__
+#define HPR_TARGET_AVX512 __attribute__((target("avx512f,avx512dq,avx512vl,fma")))
+#else /* which else takes half the width */
 #define HPR_TARGET_AVX512 __attribute__((target("avx512f,avx512dq,avx512vl,fma,prefer-vector-width=512")))
+#endif
 
 HPR_LANES_BODY hpr_lanes hpr_lanes_load(const double *from)
 {

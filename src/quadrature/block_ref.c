@@ -1,5 +1,6 @@
 /* The simple evaluation of kernel blocks: one group of points after the other, one receiver point at a time.
  */
+#include "quadrature/aligned.h"
 #include "quadrature/block.h"
 #include "quadrature/flat.h"
 #include "quadrature/homothety.h"
@@ -47,10 +48,15 @@ void hpr_quadrature_destroy(hpr_quadrature **quadrature)
     *quadrature = NULL;
 }
 
+static size_t larger(size_t a, size_t b)
+{
+    return a > b ? a : b;
+}
+
 hpr_status hpr_block_scratch_create_for(hpr_context *ctx, int degree, hpr_block_scratch **scratch)
 {
-    size_t n = (size_t)(degree + 1) * (size_t)(degree + 1), parallel = hpr_parallel_scratch(degree);
-    size_t matrices = 3 * n * n > parallel ? 3 * n * n : parallel;
+    size_t n = (size_t)(degree + 1) * (size_t)(degree + 1);
+    size_t matrices = larger(3 * n * n, larger(hpr_parallel_scratch(degree), hpr_aligned_scratch(degree)));
     size_t room = n * HPR_POINTS_MAX + 3 * n * n + matrices;
     hpr_status status =
         hpr_allocate_into(ctx, scratch, 1, sizeof **scratch + room * sizeof(double), "quadrature scratch");
@@ -88,8 +94,9 @@ typedef struct evaluation {
     /* of the block's sum and of those that homotheties are to be applied to: estimated error, and the sum of
      * what the rules contribute at most to an entry */
     double error[3], size[3];
-    bool sampled; /* visibility, by rays */
-    bool spent;   /* the budget of evaluations */
+    bool sampled;  /* visibility, by rays */
+    bool spent;    /* the budget of evaluations */
+    bool complete; /* no rule stopped short */
     hpr_block_scratch *scratch;
     hpr_block_result *result;
     const hpr_rule *rule; /* the one whose points are added */
@@ -244,6 +251,9 @@ static void add_rule(void *user, const hpr_rule *chosen)
         e->result->kernel_count +=
             hpr_parallel_add(e->quadrature->gauss, e->pair, &rule->parallel, rule->tolerance,
                              &e->scratch->points, e->scratch->part, e->scratch->matrices);
+    else if (rule->kind == HPR_RULE_ALIGNED)
+        e->complete &= hpr_aligned_add(e->quadrature->gauss, e->pair, &rule->aligned, rule->tolerance,
+                                       e->scratch->part, e->scratch->matrices, &e->result->kernel_count);
     else
         hpr_rule_points(e->quadrature->gauss, e->pair, rule, &e->scratch->points, add_group, e);
     add(level ? e->scratch->inside[level - 1] : e->block, e->scratch->part, count);
@@ -406,6 +416,7 @@ hpr_block_result hpr_block_ref(const hpr_quadrature *quadrature, const hpr_block
                     .n_send = hpr_basis_count(task->send.shape, task->send.degree),
                     .block = block,
                     .scratch = scratch,
+                    .complete = true,
                     .result = &result};
     size_t count = e.n_recv * e.n_send;
     memset(block, 0, count * sizeof *block);
@@ -431,7 +442,7 @@ hpr_block_result hpr_block_ref(const hpr_quadrature *quadrature, const hpr_block
     if (result.seen)
         error = estimate_of(&e, &outcome, factor, exchange);
     result.error = error.quadrature + error.rounding;
-    result.status = status_of(&e, &error, !outcome.stopped_short && !e.spent);
+    result.status = status_of(&e, &error, e.complete && !outcome.stopped_short && !e.spent);
     result.clip_count = outcome.clip_count;
     return result;
 }

@@ -120,8 +120,8 @@ hpr_clipped_outcome hpr_clipped_choose(const hpr_gauss_table *gauss, const hpr_p
                                        const hpr_clipped_demand *demand, hpr_rule_sink sink, void *user)
 {
     /* Errors of the boxes have either sign, most are far below their share. */
-    static const double box_share = 0.02, tight = 1e-4, rounding = 1e-15;
-    enum { MAX_CUTTING_LINES = 24 };
+    static const double box_share = 0.02, tight = 1e-4, tightest = 1e-7, rounding = 1e-15;
+    enum { FEW_LINES = 24 };
     const hpr_box whole_box = hpr_box_unit();
     bool recv_is_outer = outer_is_recv(pair, recv, send);
     const hpr_polygon *outer = recv_is_outer ? recv : send, *inner = recv_is_outer ? send : recv;
@@ -141,7 +141,9 @@ hpr_clipped_outcome hpr_clipped_choose(const hpr_gauss_table *gauss, const hpr_p
     if (demand->tolerance < tight) {
         hpr_events events;
         hpr_events_find(pair, c.outer, outer, &c.outline, c.inner->normal, &events);
-        for (int i = 0; i < events.count && events.count <= MAX_CUTTING_LINES; i++)
+        /* Many lines make more cells than a loose tolerance needs, halving alone never meets a tight one. */
+        bool cut = demand->tolerance < tightest || events.count <= FEW_LINES;
+        for (int i = 0; i < events.count && cut; i++)
             hpr_cuts_along(&pieces, &events.line[i]);
     }
     moments whole[HPR_MAX_CUTS][HPR_POLYGON_MAX];

@@ -21,12 +21,20 @@ enum {
     OFFSET = 8,
     CORNER = 9,
     CORNERS = 4,
-    NUMBERS = CORNER + 3 * CORNERS
+    AREA = CORNER + 3 * CORNERS,
+    NUMBERS
 };
 
-/* One side of a task. Coordinates are relative to the first receiver's origin. */
+/* Coordinates are measured from the first receiver's origin, in a unit of about the size of it all, for
+ * sixteenth powers of distances stand in the sums: a power of two, so that no bit changes. */
+typedef struct measure {
+    hpr_vec3 origin;
+    double scale; /* units to a metre */
+} measure;
+
 typedef struct side {
     const hpr_panel *panel;
+    measure measure;
     size_t stride;
     double *number;               /* [NUMBERS][stride] */
     double *point;                /* [POINTS][x, y, z, weight][stride], the rules one after the other */
@@ -66,10 +74,42 @@ static size_t first_point(int nodes)
     return (n - 1) * n * (2 * n - 1) / 6 - 1;
 }
 
-/* Elements beyond the last are the last again. */
-static const hpr_element_frame *frame_of(const side *s, size_t index)
+static double reach_of(const hpr_panel *panel, hpr_vec3 origin)
 {
-    return &s->panel->frame[index < s->panel->count ? index : s->panel->count - 1];
+    double reach = 0;
+    for (size_t i = 0; i < panel->count; i++) {
+        const hpr_element_frame *f = &panel->frame[i];
+        hpr_vec3 offset = hpr_sub(f->origin, origin);
+        const hpr_vec3 all[3] = {offset, f->edge1, f->edge2};
+        for (int k = 0; k < 3; k++)
+            reach = fmax(reach, fmax(fmax(fabs(all[k].x), fabs(all[k].y)), fabs(all[k].z)));
+    }
+    return reach;
+}
+
+static measure measure_of(const hpr_constants_task *task)
+{
+    measure m = {.origin = task->recv.frame[0].origin, .scale = 1};
+    double reach = fmax(reach_of(&task->recv, m.origin), reach_of(&task->send, m.origin));
+    if (reach > 0 && reach < INFINITY)
+        m.scale = ldexp(1, -ilogb(reach));
+    return m;
+}
+
+static hpr_element_frame measured(const hpr_element_frame *frame, const measure *m)
+{
+    hpr_element_frame f = *frame;
+    f.origin = hpr_scale(hpr_sub(f.origin, m->origin), m->scale);
+    f.edge1 = hpr_scale(f.edge1, m->scale);
+    f.edge2 = hpr_scale(f.edge2, m->scale);
+    f.area_m2 = f.area_m2 * m->scale * m->scale;
+    return f;
+}
+
+/* Elements beyond the last are the last again. */
+static hpr_element_frame frame_of(const side *s, size_t index)
+{
+    return measured(&s->panel->frame[index < s->panel->count ? index : s->panel->count - 1], &s->measure);
 }
 
 static double *numbers(const side *s, int what)
@@ -84,9 +124,9 @@ static void put(const side *s, int what, size_t i, hpr_vec3 x)
     numbers(s, what + 2)[i] = x.z;
 }
 
-static void describe(const side *s, size_t i, hpr_vec3 origin)
+static void describe(const side *s, size_t i)
 {
-    const hpr_element_frame *f = frame_of(s, i);
+    const hpr_element_frame frame = frame_of(s, i), *f = &frame;
     hpr_cell whole = hpr_cell_whole(f);
     hpr_vec3 corner[CORNERS];
     int count = hpr_cell_corners(f, &whole, corner);
@@ -96,43 +136,44 @@ static void describe(const side *s, size_t i, hpr_vec3 origin)
         radius = fmax(radius, hpr_length(hpr_sub(corner[k], middle)));
         length = fmax(length, hpr_length(hpr_sub(corner[(k + 1) % count], corner[k])));
     }
-    put(s, MIDDLE, i, hpr_sub(middle, origin));
+    put(s, MIDDLE, i, middle);
     put(s, NORMAL, i, f->normal);
     numbers(s, RADIUS)[i] = radius;
     numbers(s, LENGTH)[i] = length;
-    numbers(s, OFFSET)[i] = hpr_dot(f->normal, hpr_sub(f->origin, origin));
+    numbers(s, AREA)[i] = f->area_m2;
+    numbers(s, OFFSET)[i] = hpr_dot(f->normal, f->origin);
     for (int k = 0; k < CORNERS; k++)
-        put(s, CORNER + 3 * k, i, hpr_sub(corner[k < count ? k : count - 1], origin));
+        put(s, CORNER + 3 * k, i, corner[k < count ? k : count - 1]);
 }
 
-static side open_side(const hpr_panel *panel, hpr_vec3 origin, double *memory)
+static side open_side(const hpr_panel *panel, const measure *m, double *memory)
 {
-    side s = {.panel = panel, .stride = padded(panel->count), .number = memory};
+    side s = {.panel = panel, .measure = *m, .stride = padded(panel->count), .number = memory};
     s.point = memory + NUMBERS * s.stride;
     for (size_t i = 0; i < s.stride; i++)
-        describe(&s, i, origin);
+        describe(&s, i);
     return s;
 }
 
 /* Place of a point, its weight for means over the element. */
-static place place_of(const hpr_element_frame *f, const hpr_far_rule *rule, size_t p, hpr_vec3 origin)
+static place place_of(const hpr_element_frame *f, const hpr_far_rule *rule, size_t p)
 {
     double share = f->shape == HPR_SHAPE_TRIANGLE ? 2 : 1; /* of the parameters' area */
-    hpr_vec3 x = hpr_sub(hpr_frame_point(f, rule->s[p], rule->t[p]), origin);
+    hpr_vec3 x = hpr_frame_point(f, rule->s[p], rule->t[p]);
     return (place){x.x, x.y, x.z, share * rule->weight[p]};
 }
 
-static void make_points(const hpr_far *tables, side *s, hpr_vec3 origin, int nodes)
+static void make_points(const hpr_far *tables, side *s, int nodes)
 {
     if (s->made[nodes])
         return;
     s->made[nodes] = true;
     for (size_t i = 0; i < s->stride; i++) {
-        const hpr_element_frame *f = frame_of(s, i);
+        const hpr_element_frame frame = frame_of(s, i), *f = &frame;
         hpr_far_rule rule = hpr_far_nodes(tables, f->shape, nodes);
         for (size_t p = 0; p < rule.count; p++) {
             double *row = s->point + 4 * (first_point(nodes) + p) * s->stride + i;
-            place at = place_of(f, &rule, p, origin);
+            place at = place_of(f, &rule, p);
             row[0] = at.x;
             row[s->stride] = at.y;
             row[2 * s->stride] = at.z;
@@ -141,15 +182,14 @@ static void make_points(const hpr_far *tables, side *s, hpr_vec3 origin, int nod
     }
 }
 
-static void make_places(const hpr_far *tables, receiver *r, const hpr_element_frame *f, hpr_vec3 origin,
-                        int nodes)
+static void make_places(const hpr_far *tables, receiver *r, const hpr_element_frame *f, int nodes)
 {
     if (r->made[nodes])
         return;
     r->made[nodes] = true;
     hpr_far_rule rule = hpr_far_nodes(tables, f->shape, nodes);
     for (size_t p = 0; p < rule.count; p++)
-        r->place[first_point(nodes) + p] = place_of(f, &rule, p, origin);
+        r->place[first_point(nodes) + p] = place_of(f, &rule, p);
 }
 
 /* Least and largest height of an element's corners over a plane. */
@@ -316,7 +356,6 @@ typedef struct work {
     limits limits;
     side recv, send;
     double *need, *error; /* [send.stride] of the receiver at hand */
-    hpr_vec3 origin;
     hpr_constants_result result;
 } work;
 
@@ -341,13 +380,14 @@ static void integrate_group(work *w, size_t i, receiver *r, size_t j, double *bl
     }
     if (most == 0)
         return;
-    make_points(task->tables, &w->send, w->origin, most);
-    make_places(task->tables, r, &task->recv.frame[i], w->origin, most);
+    make_points(task->tables, &w->send, most);
+    const hpr_element_frame recv = frame_of(&w->recv, i);
+    make_places(task->tables, r, &recv, most);
     w->loops->mean(r, &w->send, j, most, mean);
     for (size_t k = 0; k < lanes; k++) {
         if (kind[k] != HPR_PAIR_WANTED || nodes[k] == 0)
             continue;
-        block[k] = mean[k] * sqrt(task->recv.frame[i].area_m2 * task->send.frame[j + k].area_m2) / pi;
+        block[k] = mean[k] * sqrt(recv.area_m2 * numbers(&w->send, AREA)[j + k]) / pi;
         w->result.error = fmax(w->result.error, w->error[j + k]);
         w->result.pair_count++;
         w->result.kernel_count += (uint64_t)(most * most) * (uint64_t)(most * most);
@@ -369,12 +409,12 @@ hpr_constants_result hpr_constants_block(const hpr_constants_task *task, double 
                                          double *scratch)
 {
     static const double roundings = 8; /* in a height: of the point, of the plane and of their product */
+    const measure m = measure_of(task);
     work w = {.task = task,
               .loops = &loops_of[hpr_far_isa(task->tables)],
-              .limits = {.tolerance = task->tolerance, .slack = task->slack_m},
-              .origin = task->recv.frame[0].origin};
-    w.recv = open_side(&task->recv, w.origin, scratch);
-    w.send = open_side(&task->send, w.origin, scratch + NUMBERS * w.recv.stride);
+              .limits = {.tolerance = task->tolerance, .slack = task->slack_m * m.scale}};
+    w.recv = open_side(&task->recv, &m, scratch);
+    w.send = open_side(&task->send, &m, scratch + NUMBERS * w.recv.stride);
     w.need = w.send.point + 4 * POINTS * w.send.stride;
     w.error = w.need + w.send.stride;
     w.limits.least_height = roundings * fmax(rounding_of(&w.recv), rounding_of(&w.send)) / task->tolerance;

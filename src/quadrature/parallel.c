@@ -45,107 +45,12 @@ bool hpr_parallel_find(const hpr_pair *pair, double tolerance, hpr_parallel *par
     return true;
 }
 
-/* An interval of d along one edge on which the overlap is of one kind. */
-typedef struct span {
-    enum { RISING, WHOLE, FALLING } kind;
-    double low, high; /* of d */
-} span;
-
-/* Returns how many there are. Of three the middle one, where one side lies within the other, may be empty.
- * Each begins just where the last one ends: of a gap as wide as rounding a thin slit between the planes makes
- * more. */
-static int find_spans(const hpr_overlap *o, span spans[3])
-{
-    static const double nothing = 8 * DBL_EPSILON;
-    double shorter = fmin(1, o->length), longer = fmax(1, o->length), first = o->first - 1;
-    int count = 0;
-    spans[count++] = (span){RISING, first, first + shorter};
-    if (longer - shorter > nothing * longer)
-        spans[count++] = (span){WHOLE, first + shorter, first + longer};
-    spans[count] = (span){FALLING, spans[count - 1].high, o->first + o->length};
-    return count + 1;
-}
-
-/* The common part of both sides where d is `part` of the way through a span. */
-typedef struct common {
-    double length, recv, send; /* it begins there on the receiver and on the sender */
-} common;
-
-static common common_part(const hpr_overlap *o, const span *s, double part)
-{
-    double length = s->high - s->low, way = part * length;
-    if (s->kind == RISING)
-        return (common){way, 1 - way, 0};
-    if (s->kind == FALLING) {
-        double left = (1 - part) * length;
-        return (common){left, 0, o->length - left};
-    }
-    return o->length >= 1 ? (common){1, 0, way} : (common){o->length, length - way, 0};
-}
-
-/* values[n] = P_n(x), n < count */
-static void legendre(double x, int count, double *values)
-{
-    values[0] = 1;
-    if (count > 1)
-        values[1] = x;
-    for (int n = 1; n + 1 < count; n++)
-        values[n + 1] = ((2 * n + 1) * x * values[n] - n * values[n - 1]) / (n + 1);
-}
-
-/* The correlations along one edge as polynomials of d on a span: coefficient[(k * n_send + l) * functions +
- * a] of P_a, a < functions; Gauss with so many nodes is exact for them, with half of them for the common
- * part. */
-typedef struct correlation {
-    int n_recv, n_send, functions;
-    double *coefficient;
-} correlation;
-
-/* c_kl(d) where d is `part` of the way through the span: value[k * n_send + l] */
-static void correlation_at(const hpr_gauss_rule *gauss, int nodes, const hpr_overlap *o, const common *part,
-                           const correlation *c, double *value)
-{
-    double recv[HPR_MAX_DEGREE + 1], send[HPR_MAX_DEGREE + 1];
-    memset(value, 0, (size_t)(c->n_recv * c->n_send) * sizeof *value);
-    for (int i = 0; i < nodes; i++) {
-        double x = part->recv + part->length * gauss->node[i];
-        double y = (part->send + part->length * gauss->node[i]) / o->length;
-        double weight = gauss->weight[i] * part->length / o->length;
-        legendre(2 * x - 1, c->n_recv, recv);
-        legendre(o->reversed ? 1 - 2 * y : 2 * y - 1, c->n_send, send);
-        for (int k = 0; k < c->n_recv; k++) {
-            for (int l = 0; l < c->n_send; l++)
-                value[k * c->n_send + l] += weight * sqrt((2 * k + 1) * (2 * l + 1)) * recv[k] * send[l];
-        }
-    }
-}
-
-static void correlate(const hpr_gauss_table *gauss, const hpr_overlap *o, const span *s, const correlation *c)
-{
-    double value[HPR_MAX_BASIS], of_d[HPR_PARALLEL_FUNCTIONS];
-    const hpr_gauss_rule *outer = &gauss->legendre[c->functions];
-    int pairs = c->n_recv * c->n_send, inner_count = c->functions / 2;
-    memset(c->coefficient, 0, (size_t)(pairs * c->functions) * sizeof(double));
-    for (int j = 0; j < c->functions; j++) {
-        common part = common_part(o, s, outer->node[j]);
-        correlation_at(&gauss->legendre[inner_count], inner_count, o, &part, c, value);
-        legendre(2 * outer->node[j] - 1, c->functions, of_d);
-        for (int a = 0; a < c->functions; a++)
-            of_d[a] *= (2 * a + 1) * outer->weight[j];
-        for (int kl = 0; kl < pairs; kl++) {
-            double *to = c->coefficient + kl * c->functions;
-            for (int a = 0; a < c->functions; a++)
-                to[a] += value[kl] * of_d[a];
-        }
-    }
-}
-
 /* The moments of one cell: moment[a * functions + b] = ∫ G P_a P_b over it. */
 typedef struct cell {
     const hpr_gauss_table *gauss;
     hpr_vec3 edge[2], normal;
     double height;
-    span side[2]; /* along the edges */
+    hpr_span side[2]; /* along the edges */
     double tolerance;
     int functions;
     double *moment;
@@ -154,10 +59,10 @@ typedef struct cell {
 
 static void add_moments(cell *c, double u, double v, double kernel)
 {
-    double pu[HPR_PARALLEL_FUNCTIONS], pv[HPR_PARALLEL_FUNCTIONS];
+    double pu[HPR_CORRELATION_FUNCTIONS], pv[HPR_CORRELATION_FUNCTIONS];
     int n = c->functions;
-    legendre(u, n, pu);
-    legendre(v, n, pv);
+    hpr_legendre(u, n, pu);
+    hpr_legendre(v, n, pv);
     for (int a = 0; a < n; a++) {
         double *row = c->moment + a * n, value = kernel * pu[a];
         for (int b = 0; b < n; b++)
@@ -167,7 +72,7 @@ static void add_moments(cell *c, double u, double v, double kernel)
 }
 
 /* Where d is on the span from -1 to 1. */
-static double within(const span *s, double d)
+static double within(const hpr_span *s, double d)
 {
     return (2 * d - s->low - s->high) / (s->high - s->low);
 }
@@ -191,7 +96,7 @@ static hpr_vec3 place(const cell *c, double d1, double d2)
 
 static void corners(const cell *c, hpr_vec3 corner[4])
 {
-    const span *s = c->side;
+    const hpr_span *s = c->side;
     corner[0] = place(c, s[0].low, s[1].low);
     corner[1] = place(c, s[0].high, s[1].low);
     corner[2] = place(c, s[0].high, s[1].high);
@@ -200,6 +105,8 @@ static void corners(const cell *c, hpr_vec3 corner[4])
 
 static void near_moments(cell *c, hpr_group *group)
 {
+    static const double enough =
+        1.5; /* of 2, what the degrees are: down to rounding, observed up to degree 16 */
     hpr_vec3 across = hpr_cross(c->edge[0], c->edge[1]);
     double square = hpr_dot(across, across);
     hpr_polar polar = {.gauss = c->gauss,
@@ -210,7 +117,7 @@ static void near_moments(cell *c, hpr_group *group)
                        .outer_normal = hpr_scale(c->normal, -1),
                        .jacobian = sqrt(square),
                        .tolerance = c->tolerance,
-                       .degree = 2 * (c->functions - 1),
+                       .degree = (int)(enough * c->functions),
                        .points = &group->send,
                        .group = group,
                        .sink = add_points,
@@ -222,7 +129,7 @@ static void near_moments(cell *c, hpr_group *group)
 static void far_moments(cell *c, const int nodes[2])
 {
     const hpr_gauss_rule *first = &c->gauss->legendre[nodes[0]], *second = &c->gauss->legendre[nodes[1]];
-    const span *s = c->side;
+    const hpr_span *s = c->side;
     double half[2] = {(s[0].high - s[0].low) / 2, (s[1].high - s[1].low) / 2};
     double area = 4 * half[0] * half[1], square = c->height * c->height;
     for (int i = 0; i < nodes[0]; i++) {
@@ -256,8 +163,8 @@ static void find_moments(cell *c, hpr_group *group)
 }
 
 /* part += what a cell gives, of the correlations along both edges. half: [n_recv n_send functions] */
-static void add_cell(const cell *c, const correlation *along1, const correlation *along2, bool swapped,
-                     double *half, double *part)
+static void add_cell(const cell *c, const hpr_correlation *along1, const hpr_correlation *along2,
+                     bool swapped, double *half, double *part)
 {
     int n = c->functions, nr = along1->n_recv, ns = along1->n_send;
     for (int kl = 0; kl < nr * ns; kl++) {
@@ -295,16 +202,16 @@ uint64_t hpr_parallel_add(const hpr_gauss_table *gauss, const hpr_pair *pair, co
               .tolerance = tolerance,
               .functions = functions,
               .moment = scratch + 5 * table};
-    span first[3], second[3];
-    int first_count = find_spans(&parallel->along[0], first);
-    int second_count = find_spans(&parallel->along[1], second);
-    correlation along[4];
+    hpr_span first[3], second[3];
+    int first_count = hpr_overlap_spans(&parallel->along[0], first);
+    int second_count = hpr_overlap_spans(&parallel->along[1], second);
+    hpr_correlation along[4];
     for (int i = 0; i < 4; i++)
-        along[i] = (correlation){nr, ns, functions, scratch + (size_t)i * table};
+        along[i] = (hpr_correlation){nr, ns, functions, scratch + (size_t)i * table};
     for (int j = 0; j < second_count; j++)
-        correlate(gauss, &parallel->along[1], &second[j], &along[1 + j]);
+        hpr_correlate(gauss, &parallel->along[1], &second[j], &along[1 + j]);
     for (int i = 0; i < first_count; i++) {
-        correlate(gauss, &parallel->along[0], &first[i], &along[0]);
+        hpr_correlate(gauss, &parallel->along[0], &first[i], &along[0]);
         for (int j = 0; j < second_count; j++) {
             c.side[0] = first[i];
             c.side[1] = second[j];

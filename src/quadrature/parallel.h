@@ -11,14 +11,11 @@
 #ifndef HPR_QUADRATURE_PARALLEL_H
 #define HPR_QUADRATURE_PARALLEL_H
 
-#include "basis/basis.h"
 #include "quadrature/rule.h"
 
 /* Whether a pair is of that kind, but for what moves it by less than the tolerance allows, or by no more than
  * rounding of its coordinates. */
 bool hpr_parallel_find(const hpr_pair *pair, double tolerance, hpr_parallel *parallel);
-
-enum { HPR_PARALLEL_FUNCTIONS = 2 * HPR_MAX_DEGREE + 2 };
 
 /* Doubles that hpr_parallel_add needs as scratch for elements of no more than this degree. */
 static inline size_t hpr_parallel_scratch(int degree)

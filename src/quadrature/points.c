@@ -19,7 +19,8 @@ void hpr_rule_points(const hpr_gauss_table *gauss, const hpr_pair *pair, const h
     case HPR_RULE_CLIPPED:
         hpr_points_clipped(gauss, pair, rule, group, sink, user);
         return;
-    case HPR_RULE_PARALLEL: /* its points are no product of two sides' */
+    case HPR_RULE_PARALLEL: /* their points are no product of two sides' */
+    case HPR_RULE_ALIGNED:
         return;
     }
 }

@@ -25,12 +25,12 @@ static double panel_ellipse(double length)
 }
 
 /* Without regard to HPR_NODES_MAX. */
-static int panel_nodes(const hpr_polar *polar, double ellipse, double growth)
+static int panel_nodes(int degree, double tolerance, double ellipse, double growth)
 {
     static const double strength =
         4000; /* observed: 99 of 100 points err by less than a tenth of the tolerance */
-    const hpr_convergence c = {ellipse, strength, 1, growth, polar->degree + 2};
-    return hpr_convergence_nodes(&c, polar->tolerance);
+    const hpr_convergence c = {ellipse, strength, 1, growth, degree + 2};
+    return hpr_convergence_nodes(&c, tolerance);
 }
 
 /* Growth of a polynomial on [a, b] = d sinh[low, high] to the ellipse around the panel from `begin`. */
@@ -140,7 +140,8 @@ static void add_steps(const view *v, const sector *sec, double low, double width
 {
     steps st = {.low = low, .width = width, .top = top};
     double ellipse = panel_ellipse(width);
-    st.nodes = panel_nodes(v->polar, ellipse, panel_growth(ellipse, 1 / top, 0, 1, low, width));
+    double growth = panel_growth(ellipse, 1 / top, 0, 1, low, width);
+    st.nodes = panel_nodes(v->polar->degree, v->polar->tolerance, ellipse, growth);
     if (st.nodes > HPR_NODES_MAX) {
         add_steps(v, sec, low, width / 2, top);
         add_steps(v, sec, low + width / 2, width / 2, top);
@@ -157,7 +158,7 @@ static void add_sector(const view *v, sector *sec, double low, double width)
     double growth = panel_growth(ellipse, sec->distance, sec->begin, sec->end, low, width);
     sec->low = low;
     sec->width = width;
-    sec->nodes = panel_nodes(v->polar, ellipse, growth);
+    sec->nodes = panel_nodes(v->polar->degree, v->polar->tolerance, ellipse, growth);
     if (sec->nodes > HPR_NODES_MAX) {
         add_sector(v, sec, low, width / 2);
         add_sector(v, sec, low + width / 2, width / 2);
@@ -243,44 +244,64 @@ static hpr_vec3 nearest_in_polygon(const hpr_polar *polar, hpr_vec3 p, int *edge
     return nearest;
 }
 
-/* sigma along the segment itself, from `begin` to `end` from y0: its points at the distance d cosh(sigma)
- * from x.
- */
-static void add_part(const view *v, const ray *along, double begin, double end, double low, double width)
+/* Panels that would need more nodes than there are fall in two. */
+static void line_panel(const hpr_line *line, double low, double width, hpr_line_sink sink, void *user)
 {
-    const hpr_polar *polar = v->polar;
-    double ellipse = panel_ellipse(width), distance = v->distance;
-    int nodes = panel_nodes(polar, ellipse, panel_growth(ellipse, distance, begin, end, low, width));
+    double ellipse = panel_ellipse(width), place[HPR_NODES_MAX], weight[HPR_NODES_MAX];
+    double growth = panel_growth(ellipse, line->distance, line->begin, line->end, low, width);
+    int nodes = panel_nodes(line->degree, line->tolerance, ellipse, growth);
     if (nodes > HPR_NODES_MAX) {
-        add_part(v, along, begin, end, low, width / 2);
-        add_part(v, along, begin, end, low + width / 2, width / 2);
+        line_panel(line, low, width / 2, sink, user);
+        line_panel(line, low + width / 2, width / 2, sink, user);
         return;
     }
-    const hpr_gauss_rule *gauss = &polar->gauss->legendre[nodes];
-    if (polar->points->count + nodes > HPR_POINTS_MAX)
-        flush(polar);
-    double rho[HPR_NODES_MAX], weight[HPR_NODES_MAX];
+    const hpr_gauss_rule *gauss = &line->gauss->legendre[nodes];
     for (int i = 0; i < nodes; i++) {
         double sine = sinh(low + width * gauss->node[i]);
-        rho[i] = distance * sine;
-        weight[i] = width * gauss->weight[i] * distance * sqrt(1 + sine * sine) / polar->jacobian;
+        place[i] = line->distance * sine;
+        weight[i] = width * gauss->weight[i] * line->distance * sqrt(1 + sine * sine);
     }
-    add_points(v, along, nodes, rho, weight);
+    sink(user, nodes, place, weight);
 }
 
-static void segment_points(const hpr_polar *polar, hpr_vec3 x)
+void hpr_polar_line(const hpr_line *line, hpr_line_sink sink, void *user)
+{
+    double low = asinh(line->begin / line->distance), high = asinh(line->end / line->distance);
+    int count = panels(high - low);
+    for (int k = 0; k < count; k++)
+        line_panel(line, low + k * (high - low) / count, (high - low) / count, sink, user);
+}
+
+/* What the nodes of a segment become. */
+typedef struct segment {
+    const view *view;
+    ray ray;
+} segment;
+
+static void segment_points(void *user, int count, const double *place, const double *weight)
+{
+    const segment *s = user;
+    const hpr_polar *polar = s->view->polar;
+    double scaled[HPR_NODES_MAX];
+    for (int i = 0; i < count; i++)
+        scaled[i] = weight[i] / polar->jacobian;
+    if (polar->points->count + count > HPR_POINTS_MAX)
+        flush(polar);
+    add_points(s->view, &s->ray, count, place, scaled);
+}
+
+static void add_segment(const hpr_polar *polar, hpr_vec3 x)
 {
     hpr_vec3 a = polar->corner[0], along = hpr_sub(polar->corner[1], a);
     double length = hpr_length(along);
     along = hpr_scale(along, 1 / length);
     hpr_vec3 from = hpr_sub(a, x), foot = hpr_madd(from, -hpr_dot(from, along), along);
-    double distance = hpr_length(foot), begin = hpr_dot(from, along);
+    double begin = hpr_dot(from, along);
     view v = make_view(polar, x, hpr_add(x, foot));
-    ray r = make_ray(polar, along);
-    double low = asinh(begin / distance), high = asinh((begin + length) / distance);
-    int count = panels(high - low);
-    for (int k = 0; k < count; k++)
-        add_part(&v, &r, begin, begin + length, low + k * (high - low) / count, (high - low) / count);
+    segment s = {&v, make_ray(polar, along)};
+    const hpr_line line = {polar->gauss,   hpr_length(foot), begin,
+                           begin + length, polar->tolerance, polar->degree};
+    hpr_polar_line(&line, segment_points, &s);
 }
 
 double hpr_polar_height(const hpr_polar *polar, hpr_vec3 x)
@@ -308,7 +329,7 @@ void hpr_polar_points(const hpr_polar *polar, hpr_vec3 x, double z)
 {
     polar->points->count = 0;
     if (polar->count == 2) {
-        segment_points(polar, x);
+        add_segment(polar, x);
     } else {
         int edge;
         hpr_vec3 foot = hpr_madd(x, -z, polar->normal);

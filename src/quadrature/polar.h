@@ -33,6 +33,20 @@ typedef struct hpr_polar {
     void *user;
 } hpr_polar;
 
+/* A segment of a line at `distance` from a point, from `begin` to `end` on from the point's foot; degree of
+ * the polynomials. */
+typedef struct hpr_line {
+    const hpr_gauss_table *gauss;
+    double distance, begin, end, tolerance;
+    int degree;
+} hpr_line;
+
+typedef void (*hpr_line_sink)(void *user, int count, const double *place, const double *weight);
+
+/* Places (from the foot) and weights on a segment, at most HPR_NODES_MAX at a time, for 1 / (distance^2 +
+ * place^2)^2 and the like. distance > 0. */
+void hpr_polar_line(const hpr_line *line, hpr_line_sink sink, void *user);
+
 /* The relative error that an integral over the inner set is expected to have. Observed: 99 of 100 points err
  * by less, on average over the points of a rule by far less. */
 double hpr_polar_error(const hpr_polygon *inner, double tolerance);

@@ -7,6 +7,7 @@
 #define HPR_QUADRATURE_RULE_H
 
 #include "math/gauss.h"
+#include "quadrature/correlation.h"
 #include "quadrature/pair.h"
 #include "quadrature/partial.h"
 
@@ -14,12 +15,13 @@
 #include <stdint.h>
 
 typedef enum hpr_rule_kind {
-    HPR_RULE_PRODUCT, /* separate cells: product Gauss */
-    HPR_RULE_VERTEX,  /* triangles sharing vertex 0 */
-    HPR_RULE_EDGE,    /* triangles sharing the edge from vertex 0 to vertex 1 */
-    HPR_RULE_NESTED,  /* one side point by point, the other integrated in polar coordinates seen from it */
-    HPR_RULE_CLIPPED, /* one side point by point, the other over what the point sees of it */
-    HPR_RULE_PARALLEL /* parallel planes and edges: over the difference of the points (parallel.h) */
+    HPR_RULE_PRODUCT,  /* separate cells: product Gauss */
+    HPR_RULE_VERTEX,   /* triangles sharing vertex 0 */
+    HPR_RULE_EDGE,     /* triangles sharing the edge from vertex 0 to vertex 1 */
+    HPR_RULE_NESTED,   /* one side point by point, the other integrated in polar coordinates seen from it */
+    HPR_RULE_CLIPPED,  /* one side point by point, the other over what the point sees of it */
+    HPR_RULE_PARALLEL, /* parallel planes and edges: over the difference of the points (parallel.h) */
+    HPR_RULE_ALIGNED   /* one direction of the edges in common: over the difference along it (aligned.h) */
 } hpr_rule_kind;
 
 /* A box in the coordinates of a rule: [low, low + width] along each axis. */
@@ -46,17 +48,23 @@ typedef struct hpr_nested {
     int homothety; /* what becomes of the sum: 0 nothing, 1 the first, 2 the second, then the first */
 } hpr_nested;
 
-/* The sender along one edge of the receiver, in units of that edge. */
-typedef struct hpr_overlap {
-    double first, length; /* the sender is [first, first + length], the receiver [0, 1] */
-    bool reversed;        /* the sender's parameter runs against the edge */
-} hpr_overlap;
-
+/* Of a pair in parallel planes with parallel edges (parallel.h). */
 typedef struct hpr_parallel {
     double height;        /* of one plane over the other */
     hpr_overlap along[2]; /* edge1 and edge2 of the receiver */
     bool swapped;         /* the sender's edge1 runs along the receiver's edge2 */
 } hpr_parallel;
+
+/* Of a pair with a direction of edges in common (aligned.h); lengths in units of the receiver's edge along
+ * it. */
+typedef struct hpr_aligned {
+    int recv_edge, send_edge;                  /* 0: edge1 runs along it, 1: edge2 */
+    double unit;                               /* that length */
+    hpr_overlap along;                         /* of the two where v = w = 0; it moves */
+    double recv_slant, send_slant;             /* by so much back per v, on per w */
+    hpr_vec3 offset, recv_across, send_across; /* across: from x to y where v = w = 0, per v, per w */
+    double recv_range[2], send_range[2];       /* of v and w, in front of the other's plane */
+} hpr_aligned;
 
 typedef struct hpr_rule {
     hpr_rule_kind kind;
@@ -73,8 +81,9 @@ typedef struct hpr_rule {
     bool recv_is_outer;
     hpr_polygon inner; /* the other side's part, in its parameters */
     int inner_degree;  /* total degree of the inner polynomials; 0: the closed form is used */
-    double tolerance;  /* of the inner integral; parallel: of the whole */
+    double tolerance;  /* of the inner integral; parallel, aligned: of the whole */
     hpr_parallel parallel;
+    hpr_aligned aligned;
 } hpr_rule;
 
 /* Terms of the vertex and the edge rule. */

@@ -1,5 +1,6 @@
 /* Which rule for which pair: homotheties where it touches, product Gauss where it is far, between them
  * whichever is cheapest. */
+#include "quadrature/aligned.h"
 #include "quadrature/contact.h"
 #include "quadrature/cuts.h"
 #include "quadrature/homothety.h"
@@ -289,17 +290,21 @@ static void nested(chooser *c, const hpr_contact *contact)
                                                    &contact->send_front, c->tolerance, c->sink, c->user);
 }
 
-/* Parallelograms in parallel planes with parallel edges, unless product rules need so few kernels that they
- * take less time: the rule's own work is that of its nine cells. */
-static bool parallel(chooser *c, const hpr_contact *contact)
+/* Parallelograms with edges along the same directions, unless product rules need so few kernels that they
+ * take less time: the limits are what these rules do besides, in kernels, measured. */
+static bool parallel_or_aligned(chooser *c, const hpr_contact *contact)
 {
     enum { CELLS = 9, POINTS = 2000 };
-    static const double errors = 0.5; /* of the tolerance that its points were chosen for, observed */
-    hpr_rule rule = {.kind = HPR_RULE_PARALLEL, .tolerance = c->tolerance, .error = errors * c->tolerance};
-    if (!hpr_parallel_find(c->pair, c->tolerance, &rule.parallel))
-        return false;
+    static const double errors = 0.5; /* of the tolerance that their points were chosen for, observed */
+    hpr_rule rule = {.tolerance = c->tolerance, .error = errors * c->tolerance};
     int recv = c->pair->recv.degree + 1, send = c->pair->send.degree + 1;
     double work = POINTS + CELLS * recv * send * (recv + send);
+    if (hpr_parallel_find(c->pair, c->tolerance, &rule.parallel))
+        rule.kind = HPR_RULE_PARALLEL;
+    else if (!constants(c) && hpr_aligned_find(c->pair, c->tolerance, &rule.aligned))
+        rule.kind = HPR_RULE_ALIGNED;
+    else
+        return false;
     if (product_cost(c, contact, work) < work)
         return false;
     emit(c, &rule);
@@ -312,7 +317,7 @@ static void near_or_far(chooser *c, const hpr_contact *contact)
 {
     static const double loss = 1e-14, rounding = 1e-15;
     double cheap = constants(c) ? 1e5 : 2e6, dear = constants(c) ? 5e5 : 3e7, condition;
-    if (parallel(c, contact))
+    if (parallel_or_aligned(c, contact))
         return;
     double cost = product_cost(c, contact, dear);
     if (cost > cheap && c->outcome.flat < c->tolerance) {

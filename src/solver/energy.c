@@ -25,10 +25,11 @@ static void sum_local_terms(energy *e, const double *outside)
     for (size_t leaf = 0; leaf < e->elements->leaf_count; leaf++) {
         uint32_t node = e->elements->leaf[leaf], patch = e->elements->patch[node];
         double area = e->elements->area_m2[node];
+        double open_m2 = area * hpr_coverage_open_share(e->coverage, leaf);
         for (size_t c = 0; c < n; c++) {
             size_t first = n * e->elements->dof[leaf] + c;
             double h = hpr_coverage_mean(e->coverage, leaf, solution->irradiance + first, n);
-            solution->energy[c].emitted += e->patches->exitance[n * patch + c] * area;
+            solution->energy[c].emitted += e->patches->exitance[n * patch + c] * open_m2;
             solution->energy[c].environment +=
                 pi * solution->environment[c] * outside[e->elements->dof[leaf]] * sqrt(area);
             double kept = (1 - e->patches->reflectance[n * patch + c]) * h;

@@ -1,11 +1,11 @@
 #include "solver/operator.h"
 
 /*
- * Multiplications from which a patch is shared between threads. They take about 3 ms, as long as libgomp lets
- * a thread spin while it waits for another that a busy machine does not run: shorter shares would burn many
- * times what they save.
+ * Multiplications from which work is shared between threads. They take about a millisecond. libgomp lets a
+ * thread spin for some three while it waits for another that a busy machine does not run: much shorter shares
+ * would burn many times what they save.
  */
-enum { SHARED_WORK = 1 << 23 };
+enum { SHARED_WORK = 1 << 21 };
 
 static void count_work(hpr_operator *op)
 {
@@ -87,8 +87,10 @@ void hpr_operator_receive(hpr_operator *op, size_t patch, double *irradiance)
 void hpr_operator_apply(hpr_operator *op, const double *radiosity, double *irradiance)
 {
     const hpr_tree *tree = op->links->tree;
-    size_t patches = tree->elements->patch_count;
-#pragma omp parallel num_threads(hpr_context_threads(tree->context))
+    size_t patches = tree->elements->patch_count, work = 0;
+    for (size_t patch = 0; patch < patches; patch++)
+        work += op->channel_count * op->work[patch];
+#pragma omp parallel num_threads(hpr_context_threads(tree->context)) if (work >= SHARED_WORK)
     {
 #pragma omp for schedule(dynamic, 1)
         for (size_t patch = 0; patch < patches; patch++)

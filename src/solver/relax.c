@@ -60,11 +60,20 @@ void hpr_relaxation_fini(hpr_relaxation *r)
     hpr_release(r->context, r->order);
 }
 
+/* Is a patch worth being shared between threads? What is done to so many leaves takes about a millisecond. */
+static bool is_shared(const hpr_relaxation *r, size_t patch)
+{
+    enum { SHARED_LEAVES = 1 << 13 };
+    return r->elements->patch_leaf[patch + 1] - r->elements->patch_leaf[patch] >= SHARED_LEAVES;
+}
+
 void hpr_relaxation_reflect(hpr_relaxation *r, size_t patch, const double *x)
 {
     const hpr_elements *e = r->elements;
-    for (size_t c = 0; c < r->problem->channel_count; c++) {
-        for (size_t leaf = e->patch_leaf[patch]; leaf < e->patch_leaf[patch + 1]; leaf++) {
+    size_t from = e->patch_leaf[patch], to = e->patch_leaf[patch + 1];
+#pragma omp parallel for num_threads(hpr_context_threads(r->context)) if (is_shared(r, patch))
+    for (size_t leaf = from; leaf < to; leaf++) {
+        for (size_t c = 0; c < r->problem->channel_count; c++) {
             size_t first = c * r->dofs + e->dof[leaf];
             hpr_mass_reflect(r->problem->mass, leaf, c, 1, x + first, r->reflected + first);
         }
@@ -88,21 +97,26 @@ static void compare(hpr_relaxation *r, size_t leaf, double *x, bool update)
     }
 }
 
-/* fresh holds K rho x on the patch; D is added, what is covered left out, and the result compared with x. */
-static void finish_patch(hpr_relaxation *r, size_t patch, double *x, bool source, bool update)
+/* fresh holds K rho x on the leaf; D is added, what is covered left out, and the result compared with x. */
+static void finish_leaf(hpr_relaxation *r, size_t leaf, double *x, bool source, bool update)
 {
     const hpr_linear_problem *p = r->problem;
-    const hpr_elements *e = r->elements;
-    size_t first = e->patch_leaf[patch], end = e->patch_leaf[patch + 1];
-    for (size_t c = 0; source && c < p->channel_count; c++) {
-        for (size_t i = c * r->dofs + e->dof[first]; i < c * r->dofs + e->dof[end]; i++)
+    const size_t *dof = r->elements->dof;
+    for (size_t c = 0; c < p->channel_count; c++) {
+        size_t first = c * r->dofs + dof[leaf], end = c * r->dofs + dof[leaf + 1];
+        for (size_t i = first; source && i < end; i++)
             r->fresh[i] += p->direct[i];
+        hpr_coverage_project(p->coverage, leaf, r->fresh + first);
     }
-    for (size_t leaf = first; leaf < end; leaf++) {
-        for (size_t c = 0; c < p->channel_count; c++)
-            hpr_coverage_project(p->coverage, leaf, r->fresh + c * r->dofs + e->dof[leaf]);
-        compare(r, leaf, x, update);
-    }
+    compare(r, leaf, x, update);
+}
+
+static void finish_patch(hpr_relaxation *r, size_t patch, double *x, bool source, bool update)
+{
+    size_t from = r->elements->patch_leaf[patch], to = r->elements->patch_leaf[patch + 1];
+#pragma omp parallel for num_threads(hpr_context_threads(r->context)) if (is_shared(r, patch))
+    for (size_t leaf = from; leaf < to; leaf++)
+        finish_leaf(r, leaf, x, source, update);
 }
 
 /* Relative change of the last pass: the worst channel. */

@@ -77,8 +77,7 @@ static size_t mark_feet(const hpr_coverage *coverage, const hpr_elements *elemen
 {
     size_t found = 0;
     for (size_t leaf = 0; leaf < elements->leaf_count; leaf++) {
-        int parts;
-        leaves[leaf] = hpr_coverage_parts(coverage, leaf, &parts) && parts > 0;
+        leaves[leaf] = hpr_coverage_cut(coverage, leaf);
         marked[elements->leaf[leaf]] = leaves[leaf];
         found += leaves[leaf];
     }

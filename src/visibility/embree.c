@@ -42,12 +42,22 @@ typedef struct occlusion_query {
     size_t listed_count;
 } occlusion_query;
 
+/* What is met as near as the nearest, but for the rounding of its own distance. */
+typedef struct candidate {
+    hpr_hit hit;
+    double slack; /* of the distance */
+    bool back, single;
+} candidate;
+
+enum { MAX_TIED = 8 };
+
 typedef struct first_query {
     query_base base;
     const hpr_visibility *visibility;
     const hpr_ray *ray;
-    hpr_hit best;
-    bool back;
+    double nearest;
+    int count;
+    candidate tied[MAX_TIED];
 } first_query;
 
 static bool is_listed(const uint32_t *listed, size_t count, uint32_t occluder)
@@ -100,34 +110,63 @@ static void occlusion_of_occluder(const struct RTCOccludedFunctionNArguments *ar
         ((struct RTCRay *)args->ray)->tfar = -INFINITY;
 }
 
+/* Of patches in one plane a front comes before a back, so that a wall of two faces shows the one that faces
+ * the ray; then a sheet before what it covers; then the lowest number. */
+static bool comes_before(const candidate *a, const candidate *b)
+{
+    if (a->back != b->back)
+        return b->back;
+    return a->single != b->single ? b->single : a->hit.patch < b->hit.patch;
+}
+
+/* Whatever order the tree shows them in, those remain that are tied with the nearest of all. */
+static void add_candidate(first_query *query, const candidate *it)
+{
+    if (it->hit.distance > query->nearest + it->slack)
+        return;
+    query->nearest = fmin(query->nearest, it->hit.distance);
+    int kept = 0, last = 0;
+    for (int i = 0; i < query->count; i++) {
+        const candidate *tied = &query->tied[i];
+        if (tied->hit.distance <= query->nearest + tied->slack)
+            query->tied[kept++] = *tied;
+    }
+    query->count = kept;
+    if (query->count < MAX_TIED) {
+        query->tied[query->count++] = *it;
+        return;
+    }
+    for (int i = 1; i < MAX_TIED; i++)
+        last = comes_before(&query->tied[last], &query->tied[i]) ? i : last;
+    if (comes_before(it, &query->tied[last]))
+        query->tied[last] = *it;
+}
+
 static void hit_of_face(const struct RTCIntersectFunctionNArguments *args)
 {
     first_query *query = (first_query *)args->context;
     const hpr_ray *ray = query->ray;
     const hpr_face *face = &query->visibility->face[query->visibility->front[args->primID]];
-    hpr_hit hit;
-    bool back;
-    if (!args->valid[0] || !hpr_face_hit(query->visibility, face, ray->base, ray->direction, &hit.distance,
-                                         &hit.s, &hit.t, &back))
+    candidate it = {.single = face->single};
+    hpr_hit *hit = &it.hit;
+    if (!args->valid[0] || !hpr_face_hit(query->visibility, face, ray->base, ray->direction, &hit->distance,
+                                         &hit->s, &hit->t, &it.back))
         return;
-    float reached = (float)hit.distance;
-    hit.distance += ray->offset;
-    if (!(hit.distance > ray->near && hit.distance < ray->far) || (ray->cull && back && face->single))
+    float reached = (float)hit->distance;
+    hit->distance += ray->offset;
+    if (!(hit->distance > ray->near && hit->distance < ray->far) || (ray->cull && it.back && face->single))
         return;
-    hit.patch = face->patch;
-    if (back && !face->single) {
+    hit->patch = face->patch;
+    if (it.back && !face->single) {
         /* The twin has the edges exchanged. */
-        double s = hit.s;
-        hit.patch = query->visibility->patches->twin[face->patch];
-        hit.s = hit.t;
-        hit.t = s;
-        back = false;
+        double s = hit->s;
+        hit->patch = query->visibility->patches->twin[face->patch];
+        hit->s = hit->t;
+        hit->t = s;
+        it.back = false;
     }
-    hpr_hit *best = &query->best;
-    if (hit.distance > best->distance || (hit.distance == best->distance && hit.patch > best->patch))
-        return;
-    *best = hit;
-    query->back = back;
+    it.slack = hpr_face_growth(query->visibility, fabs(hpr_dot3(face->normal, ray->direction)));
+    add_candidate(query, &it);
     /* Whatever is as near must still be shown, so the ray ends a little behind the hit. */
     struct RTCRay *embree_ray = (struct RTCRay *)args->rayhit;
     embree_ray->tfar = fminf(embree_ray->tfar, reached + padding);
@@ -276,12 +315,20 @@ bool hpr_rays_blocked(const hpr_rays *rays, const double x[3], const double y[3]
 
 hpr_hit hpr_rays_first(const hpr_rays *rays, const hpr_ray *ray, bool *back)
 {
-    first_query query = {
-        .visibility = rays->visibility, .ray = ray, .best = {.patch = HPR_NONE, .distance = INFINITY}};
+    first_query query;
+    query.visibility = rays->visibility;
+    query.ray = ray;
+    query.nearest = INFINITY;
+    query.count = 0;
     struct RTCRayHit embree_ray = {
         .hit = {.primID = RTC_INVALID_GEOMETRY_ID, .geomID = RTC_INVALID_GEOMETRY_ID}};
     set_ray(&embree_ray.ray, ray->base, ray->direction, ray->length + (double)padding);
     trace_first(rays->faces, &query.base, &embree_ray);
-    *back = query.back;
-    return query.best;
+    const candidate none = {.hit = {.patch = HPR_NONE, .distance = INFINITY}}, *first = &none;
+    for (int i = 0; i < query.count; i++) {
+        if (i == 0 || comes_before(&query.tied[i], first))
+            first = &query.tied[i];
+    }
+    *back = first->back;
+    return first->hit;
 }

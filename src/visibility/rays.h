@@ -25,7 +25,8 @@ typedef struct hpr_ray {
     bool cull;
 } hpr_ray;
 
-/* The nearest hit, equal distances to the lowest index; hit.distance includes offset, in scene units. */
+/* The nearest hit; of those in one plane, within rounding, a front before a back, then a patch with a twin,
+ * then the lowest index. hit.distance includes offset, in scene units. */
 hpr_hit hpr_rays_first(const hpr_rays *rays, const hpr_ray *ray, bool *back);
 
 #endif

@@ -76,26 +76,13 @@ static void set_member(const hpr_visibility *visibility, uint32_t patch, member 
     it->facing = 2 * axis + (facet.normal[axis] < 0);
 }
 
-static int compare_along(const member *a, const member *b, int axis)
+static int compare_along(const void *left, const void *right, void *axis)
 {
-    if (a->middle[axis] != b->middle[axis])
-        return a->middle[axis] < b->middle[axis] ? -1 : 1;
+    const member *a = left, *b = right;
+    double x = a->middle[*(int *)axis], y = b->middle[*(int *)axis];
+    if (x != y)
+        return x < y ? -1 : 1;
     return a->patch < b->patch ? -1 : a->patch > b->patch;
-}
-
-static int compare_x(const void *a, const void *b)
-{
-    return compare_along(a, b, 0);
-}
-
-static int compare_y(const void *a, const void *b)
-{
-    return compare_along(a, b, 1);
-}
-
-static int compare_z(const void *a, const void *b)
-{
-    return compare_along(a, b, 2);
 }
 
 static int compare_facing(const void *left, const void *right)
@@ -110,7 +97,6 @@ static int compare_facing(const void *left, const void *right)
  * along the longest side of their box. Members must be in the order of their facing. */
 static size_t divide(member *members, size_t count, const node *n)
 {
-    static int (*const compare[3])(const void *, const void *) = {compare_x, compare_y, compare_z};
     if (members[0].facing != members[count - 1].facing) {
         size_t best = 0;
         for (size_t i = 1; i < count; i++) {
@@ -124,7 +110,7 @@ static size_t divide(member *members, size_t count, const node *n)
     int axis = 0;
     for (int k = 1; k < 3; k++)
         axis = n->high[k] - n->low[k] > n->high[axis] - n->low[axis] ? k : axis;
-    qsort(members, count, sizeof *members, compare[axis]);
+    qsort_r(members, count, sizeof *members, compare_along, &axis);
     return count / 2;
 }
 

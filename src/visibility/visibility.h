@@ -87,7 +87,9 @@ typedef struct hpr_hit {
  * Nearest patch along origin + d direction, near < d < far (direction of length 1). cull: backs of
  * single-sided patches let the ray through, as glTF culls them; else they stop it (patch is then the one
  * whose back is hit and *back is set, back may be NULL). Of twins the side that faces the origin is returned.
- * Distance and parameters are computed in double; equal distances go to the lowest index. Thread-safe.
+ * Distance and parameters are computed in double; of hits in one plane, within rounding, a
+ * front comes before a back, then a patch with a twin before one without, as the former covers the latter
+ * (link/coverage.h), then the lowest index. Thread-safe.
  */
 hpr_hit hpr_visibility_first_hit(const hpr_visibility *visibility, const double origin[3],
                                  const double direction[3], double near, double far, bool cull, bool *back);

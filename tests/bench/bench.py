@@ -17,7 +17,7 @@ import blocks
 import factors
 import pictures
 import solves
-from measure import Bench, Row
+from measure import Bench
 
 AREAS = {"blocks": blocks.rows, "view factors": factors.rows, "solve": solves.rows, "pictures": pictures.rows}
 
@@ -118,4 +118,5 @@ def main():
     print(f"kept as {os.path.relpath(path)}", file=sys.stderr)
 
 
-main()
+if __name__ == "__main__":
+    main()

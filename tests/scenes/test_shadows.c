@@ -131,12 +131,85 @@ static void a_lid_open_by_a_hundredth_agrees_with_paths(void **state)
     room_close(&room);
 }
 
+/* A room of 4 x 4 x 3 m that a wall of two faces, back to back `thickness` apart, divides; a lamp at the
+ * ceiling of one half. */
+static void check_thin_wall(double thickness)
+{
+    static const double reflectance[6] = {0.7, 0.7, 0.7, 0.7, 0.7, 0.7}, dark[6] = {0};
+    static const double lamp[4][3] = {{0.5, 1.5, 2.9}, {0.5, 2.5, 2.9}, {1.5, 2.5, 2.9}, {1.5, 1.5, 2.9}};
+    static const double at = 1.9, balance_bound = 1e-4; /* observed 3e-6 */
+    const double left[4][3] = {{at, 0, 0}, {at, 0, 3}, {at, 4, 3}, {at, 4, 0}};
+    const double right[4][3] = {
+        {at + thickness, 0, 0}, {at + thickness, 4, 0}, {at + thickness, 4, 3}, {at + thickness, 0, 3}};
+    hpr_room room = room_open(1);
+    room_add_box(&room, 4, 4, 3, reflectance, dark, -1);
+    room_add(&room, 4, left, 0.6, 0, false);
+    room_add(&room, 4, right, 0.6, 0, false);
+    room_add(&room, 4, lamp, 0.5, 60, false);
+    hpr_solution *solution = room_solve(&room, 1, 1);
+    uint64_t seed = 3;
+    for (int i = 0; i < 50; i++) {
+        double y = 4 * random_unit(&seed), z = 3 * random_unit(&seed);
+        const double lit[3] = {at, y, z}, unlit[3] = {at + thickness, y, z}, beyond[3] = {4, y, z};
+        const double to_left[3] = {-1, 0, 0}, to_right[3] = {1, 0, 0};
+        assert_true(room_radiosity(&room, solution, lit, to_left) > 1);
+        assert_true(room_radiosity(&room, solution, unlit, to_right) == 0);
+        assert_true(room_radiosity(&room, solution, beyond, to_left) == 0);
+    }
+    const hpr_energy *energy = hpr_solution_energy(solution);
+    double balance = energy->emitted - energy->absorbed - energy->lost_on_backs - energy->escaped;
+    print_message("thickness %g: balance %.1e of what is emitted (bound %.0e)\n", thickness,
+                  balance / energy->emitted, balance_bound);
+    assert_true(fabs(balance) <= balance_bound * energy->emitted);
+    hpr_solution_destroy(&solution);
+    room_close(&room);
+}
+
+/* 1e-6 is within the weld distance: the faces are in one plane then. */
+static void a_thin_wall_has_two_sides(void **state)
+{
+    (void)state;
+    check_thin_wall(0);
+    check_thin_wall(1e-6);
+    check_thin_wall(1e-3);
+}
+
+/* Its bottom lies on the floor and lights nothing. */
+static void a_lamp_emits_where_nothing_covers_it(void **state)
+{
+    (void)state;
+    static const double reflectance[6] = {0.7, 0.7, 0.7, 0.7, 0.7, 0.7}, dark[6] = {0};
+    static const double bottom[4][3] = {{1, 1, 0}, {1, 2, 0}, {2, 2, 0}, {2, 1, 0}};
+    static const double balance_bound = 1e-4; /* observed 3e-6 */
+    hpr_room room = room_open(1);
+    room_add_box(&room, 4, 4, 3, reflectance, dark, -1);
+    room_add(&room, 4, bottom, 0.8, 3, false);
+    for (int i = 0; i < 4; i++) {
+        const double *p = bottom[(i + 1) % 4], *q = bottom[i];
+        const double side[4][3] = {{p[0], p[1], 0}, {q[0], q[1], 0}, {q[0], q[1], 0.6}, {p[0], p[1], 0.6}};
+        room_add(&room, 4, side, 0.8, 3, false);
+    }
+    const double top[4][3] = {{1, 1, 0.6}, {2, 1, 0.6}, {2, 2, 0.6}, {1, 2, 0.6}};
+    room_add(&room, 4, top, 0.8, 3, false);
+    hpr_solution *solution = room_solve(&room, 1, 1);
+    const hpr_energy *energy = hpr_solution_energy(solution);
+    double balance = energy->emitted - energy->absorbed - energy->lost_on_backs - energy->escaped;
+    print_message("emitted %.15g, balance %.1e of it (bound %.0e)\n", energy->emitted,
+                  balance / energy->emitted, balance_bound);
+    assert_true(fabs(energy->emitted - 3 * (1 + 4 * 0.6)) <= 1e-12);
+    assert_true(fabs(balance) <= balance_bound * energy->emitted);
+    hpr_solution_destroy(&solution);
+    room_close(&room);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(nothing_blocks_in_a_convex_room),
         cmocka_unit_test(a_closed_box_lets_no_light_out),
         cmocka_unit_test(a_lid_open_by_a_hundredth_agrees_with_paths),
+        cmocka_unit_test(a_thin_wall_has_two_sides),
+        cmocka_unit_test(a_lamp_emits_where_nothing_covers_it),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

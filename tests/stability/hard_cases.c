@@ -446,6 +446,8 @@ static const hard_case hard_cases[] = {
     {"moments, gap 0.25, degree 16", OPEN_SET, 18, moments_case, .id = "mom_highp_parallel_gap0.25"},
     {"closed cube, degrees 1 to 8", "closure", 15, closure_case, .number = 1},
     {"closed box 1 x 1 x 0.25, degrees 1 to 8", "closure", 15, closure_case, .number = 0.25},
+    {"closed box 1 x 1 x 0.01, degrees 1 to 8", "closure", 15, closure_case, .number = 0.01},
+    {"closed box 1 x 1 x 1e-6, degrees 1 to 8", "closure", 15, closure_case, .number = 1e-6},
     {"shared edge, degrees 1 to 8", "reciprocity", 15, reciprocity_case,
      QUADS(.corner1 = FLOOR, .corner2 = {{0, 0, 0}, {0, 1, 0}, {0.5, 1, 1}, {0.5, 0, 1}})},
     {"gap 0.1, degrees 1 to 8", "reciprocity", 15, reciprocity_case,

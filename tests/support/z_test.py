@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Does a picture agree with one by path tracing? z_test.py REFERENCE.exr PICTURE.exr --error E
 [--alpha A] [--table BLOCKS.csv]
+With --blocks, REFERENCE is what --table has written.
 
 REFERENCE is from `hprad reference` and has the layer `variance`; PICTURE is without noise. The pictures are compared
 in blocks of 16 x 16 pixels, channel by channel: the difference of the block's means over the standard error of the
@@ -11,6 +12,7 @@ path covers wholly and blocks where nothing shines are compared as they are: wit
 not. Exits 1 if they differ. --table writes the means and standard errors of all blocks.
 """
 import argparse
+import csv
 import math
 import statistics
 import sys
@@ -31,6 +33,11 @@ def _means(picture, name, columns, rows):
     return math.fsum(values[y * width + x] for y in rows for x in columns) / (len(rows) * len(columns))
 
 
+def _z(mean, shown, error):
+    off = max(abs(shown - mean) - ROUNDING * abs(mean), 0)
+    return math.copysign(off / error if error > 0 else (math.inf if off else 0), shown - mean)
+
+
 def blocks_of(reference, other, channels):
     """Every block of every channel; the blocks at the right and lower border may be smaller."""
     for name in channels:
@@ -41,9 +48,19 @@ def blocks_of(reference, other, channels):
                 count = len(rows) * len(columns)
                 mean, shown = (_means(picture, name, columns, rows) for picture in (reference, other))
                 error = math.sqrt(_means(reference, "variance." + name, columns, rows) / count)
-                off = max(abs(shown - mean) - ROUNDING * abs(mean), 0)
-                z = off / error if error > 0 else (math.inf if off else 0)
-                yield Block(name, x // BLOCK, y // BLOCK, mean, shown, error, math.copysign(z, shown - mean))
+                yield Block(name, x // BLOCK, y // BLOCK, mean, shown, error, _z(mean, shown, error))
+
+
+def blocks_of_table(path, other):
+    """The same from means and standard errors that --table has written of another picture of this size."""
+    with open(path, encoding="utf-8", newline="") as file:
+        for line in csv.DictReader(file):
+            name, x, y = line["channel"], int(line["column"]), int(line["row"])
+            columns = range(BLOCK * x, min(BLOCK * (x + 1), other.width))
+            rows = range(BLOCK * y, min(BLOCK * (y + 1), other.height))
+            mean, error = float(line["reference_w_m2_sr"]), float(line["standard_error_w_m2_sr"])
+            shown = _means(other, name, columns, rows)
+            yield Block(name, x, y, mean, shown, error, _z(mean, shown, error))
 
 
 def compare(reference, other, error, alpha=1e-3, channels=("R", "G", "B")):
@@ -51,7 +68,10 @@ def compare(reference, other, error, alpha=1e-3, channels=("R", "G", "B")):
     reference, other = (read(p) if isinstance(p, str) else p for p in (reference, other))
     if (reference.width, reference.height) != (other.width, other.height):
         raise ValueError(f"{reference.width} x {reference.height} and {other.width} x {other.height} pixels")
-    blocks = list(blocks_of(reference, other, channels))
+    return judge(list(blocks_of(reference, other, channels)), error, alpha, channels)
+
+
+def judge(blocks, error, alpha=1e-3, channels=("R", "G", "B")):
     limit = statistics.NormalDist().inv_cdf(1 - alpha / (2 * len(blocks)))
     problems, ratios, errors = [], [], []
     for name in channels:
@@ -79,8 +99,13 @@ def main():
     parser.add_argument("--error", type=float, required=True)
     parser.add_argument("--alpha", type=float, default=1e-3)
     parser.add_argument("--table")
+    parser.add_argument("--blocks", action="store_true")
     arguments = parser.parse_args()
-    verdict = compare(arguments.reference, arguments.picture, arguments.error, arguments.alpha)
+    if arguments.blocks:
+        blocks = list(blocks_of_table(arguments.reference, read(arguments.picture)))
+        verdict = judge(blocks, arguments.error, arguments.alpha)
+    else:
+        verdict = compare(arguments.reference, arguments.picture, arguments.error, arguments.alpha)
     if arguments.table:
         with open(arguments.table, "w", encoding="utf-8") as file:
             file.write("channel,column,row,reference_w_m2_sr,standard_error_w_m2_sr,picture_w_m2_sr,z\n")

@@ -365,7 +365,7 @@ static void budget_is_kept_and_said(void **state)
 {
     (void)state;
     const double gap = 0.1, low[4][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
-    const double high[4][3] = {{0, 0, gap}, {0.2, 1, gap}, {1.2, 1, gap}, {1, 0, gap}};
+    const double high[4][3] = {{0, 0, gap}, {0.2, 1, gap}, {1.1, 1.2, gap}, {0.9, 0.2, gap}};
     hpr_block_task task = {
         .recv = frame_of_corners(1, 4, low), .send = frame_of_corners(1, 4, high), .tolerance = 1e-9};
     hpr_block_result full = hpr_block_ref(bench.quadrature, &task, block_a, bench.scratch);

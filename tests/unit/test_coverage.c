@@ -108,12 +108,46 @@ static void a_lamp_in_there_opens_it(void **state)
     assert_true(floor == 1 && wall == 1);
 }
 
+/* Of two sheets in one plane the first counts: the second is covered where they overlap, on both sides; a
+ * single face and the sides that face it cover each other. */
+static void of_sheets_the_first_counts(void **state)
+{
+    (void)state;
+    static const double rounding = 1e-12;
+    static const double first[4][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}},
+                        second[4][3] = {{0.5, 0, 0}, {1.5, 0, 0}, {1.5, 1, 0}, {0.5, 1, 0}},
+                        face[4][3] = {{0, 0, 0}, {1.5, 0, 0}, {1.5, 0.5, 0}, {0, 0.5, 0}};
+    hpr_room room = room_open(1);
+    hpr_patches *patches = NULL;
+    hpr_elements *elements = NULL;
+    hpr_coverage *coverage = NULL;
+    room_add(&room, 4, face, 0.5, 1, false);
+    room_add(&room, 4, first, 0.5, 1, true);
+    room_add(&room, 4, second, 0.5, 1, true);
+    assert_int_equal(hpr_patches_build(room.scene, &patches), HPR_OK);
+    assert_int_equal(patches->count, 5);
+    assert_int_equal(hpr_elements_uniform(patches, 1, 0, &elements), HPR_OK);
+    assert_int_equal(hpr_coverage_create(patches, elements, &coverage), HPR_OK);
+    const double expected[5] = {0, 1, 0.5, 0.5, 0.25};
+    for (size_t i = 0; i < 5; i++) {
+        double share = hpr_coverage_open_share(coverage, i);
+        print_message("patch %zu, twin %u: open %.15g, expected %g\n", i, patches->twin[i], share,
+                      expected[i]);
+        assert_true(fabs(share - expected[i]) <= rounding);
+    }
+    hpr_coverage_destroy(&coverage);
+    hpr_elements_destroy(&elements);
+    hpr_patches_destroy(&patches);
+    room_close(&room);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(many_legs_on_one_element_cover_their_area),
         cmocka_unit_test(what_is_shut_in_behind_several_faces_is_covered),
         cmocka_unit_test(a_lamp_in_there_opens_it),
+        cmocka_unit_test(of_sheets_the_first_counts),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -429,6 +429,28 @@ static void many_squares_keep_the_tolerance_each(void **state)
     hpr_form_factors_destroy(&factors);
 }
 
+/* Two rows of more patches than are gone through at once: two plates in strips, all strips of each combined.
+ */
+static void a_row_may_have_any_number_of_patches(void **state)
+{
+    enum { STRIPS = HPR_FACTOR_TILE_MOST + 88 };
+    hpr_context *ctx = *state;
+    hpr_model *model = begin(ctx);
+    for (uint32_t i = 0; i < STRIPS; i++) {
+        double a = i / (double)STRIPS, b = (i + 1) / (double)STRIPS;
+        const double up[] = {a, 0, 0, b, 0, 0, b, 1, 0, a, 1, 0},
+                     down[] = {a, 0, 1, a, 1, 1, b, 1, 1, b, 0, 1};
+        add(model, HPR_SURFACE_RADIATES, up, 4, HPR_NONE, i ? 0 : HPR_NONE);
+        add(model, HPR_SURFACE_RADIATES, down, 4, HPR_NONE, i ? 1 : HPR_NONE);
+    }
+    hpr_form_factors *factors = factors_of(model, 1e-6, NULL);
+    assert_int_equal(factors->count, 2);
+    assert_int_equal(factors->done.pair_count, STRIPS * STRIPS);
+    near(factors, 0, 0, 0, 0);
+    near(factors, 0, 1, opposite, 1e-6 * opposite);
+    hpr_form_factors_destroy(&factors);
+}
+
 static hpr_status make_factors(hpr_context *ctx, void *data)
 {
     (void)data;
@@ -496,6 +518,7 @@ int main(void)
         cmocka_unit_test(exchange_factors_close_and_are_symmetric),
         cmocka_unit_test(blocks_hold_the_factors),
         cmocka_unit_test(many_squares_keep_the_tolerance_each),
+        cmocka_unit_test(a_row_may_have_any_number_of_patches),
         cmocka_unit_test(every_allocation_may_fail),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);

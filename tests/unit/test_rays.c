@@ -237,6 +237,64 @@ static void ties_go_to_the_lowest_index(void **state)
     hpr_context_destroy(&ctx);
 }
 
+/* Oblique, so that distances to the two differ by rounding: two sheets of one plane must not show through
+ * each other, and of a wall of two faces the one that faces the ray is met. */
+static void what_lies_in_one_plane_does_not_flicker(void **state)
+{
+    (void)state;
+    hpr_context *ctx = shapes_context(1, NULL);
+    hpr_patches *patches = shapes_create(ctx, 3);
+    const double a[3] = {0.9, 0.1, 0.37}, b[3] = {-0.23, 0.8, 0.41};
+    double low[3], wide[3], high[3], across[3];
+    for (int k = 0; k < 3; k++) {
+        low[k] = 0.1 * a[k] + 0.2 * b[k];
+        wide[k] = 0.7 * a[k] + 0.13 * b[k];
+        high[k] = 0.6 * b[k] - 0.07 * a[k];
+    }
+    set_quad(patches, 0, low[0], low[1], low[2], high, wide); /* faces away from the others */
+    set_quad(patches, 1, 0, 0, 0, a, b);
+    set_quad(patches, 2, low[0], low[1], low[2], wide, high);
+    hpr_visibility *visibility = see(patches);
+    uint64_t seed = 17;
+    hpr_cross3(a, b, across);
+    for (int i = 0; i < 2000; i++) {
+        double target[3], origin[3], direction[3], u[3];
+        bool back = true, behind = i % 2;
+        random_point(&seed, 0.3, 0.6, u);
+        random_direction(&seed, direction);
+        if ((hpr_dot3(direction, across) > 0) != behind)
+            hpr_add_scaled3(direction, -2, direction, direction);
+        for (int k = 0; k < 3; k++) {
+            target[k] = u[0] * a[k] + u[1] * b[k];
+            origin[k] = target[k] - 2 * direction[k];
+        }
+        hpr_hit hit = hpr_visibility_first_hit(visibility, origin, direction, 0, INFINITY, false, &back);
+        assert_int_equal(hit.patch, behind ? 0 : 1);
+        assert_false(back);
+    }
+    hpr_visibility_destroy(&visibility);
+    hpr_patches_destroy(&patches);
+    hpr_context_destroy(&ctx);
+}
+
+/* As coverage has it: the floor under a sheet gets no light. */
+static void a_sheet_hides_what_it_lies_on(void **state)
+{
+    (void)state;
+    hpr_context *ctx = shapes_context(1, NULL);
+    hpr_patches *patches = shapes_create(ctx, 3);
+    const double wide[3] = {2, 0, 0}, deep[3] = {0, 2, 0};
+    set_quad(patches, 0, 0, 0, 0, wide, deep);
+    set_quad(patches, 1, 0.5, 0.5, 0, ex, ey);
+    shapes_twin(patches, 1, 2);
+    hpr_visibility *visibility = see(patches);
+    assert_int_equal(look_down(visibility, 1, 1, 1, true, NULL).patch, 1);
+    assert_int_equal(look_down(visibility, 0.25, 1, 1, true, NULL).patch, 0);
+    hpr_visibility_destroy(&visibility);
+    hpr_patches_destroy(&patches);
+    hpr_context_destroy(&ctx);
+}
+
 static void backs_are_culled_or_told(void **state)
 {
     (void)state;
@@ -501,6 +559,8 @@ int main(void)
         cmocka_unit_test(no_leak_between_blockers),
         cmocka_unit_test(no_leak_from_a_room),
         cmocka_unit_test(ties_go_to_the_lowest_index),
+        cmocka_unit_test(what_lies_in_one_plane_does_not_flicker),
+        cmocka_unit_test(a_sheet_hides_what_it_lies_on),
         cmocka_unit_test(backs_are_culled_or_told),
         cmocka_unit_test(near_and_far_are_open_ends),
         cmocka_unit_test(first_hit_agrees_with_the_plain_loop),

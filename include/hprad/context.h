@@ -16,15 +16,18 @@ typedef struct hpr_context hpr_context;
 typedef enum hpr_log_level { HPR_LOG_WARNING, HPR_LOG_INFO } hpr_log_level;
 
 /**
- * How a context behaves. Callbacks may be NULL. `log` and `progress` are called by the thread that called
- * the library, or by one worker at a time. `cancel` is polled; when it becomes non-zero, the running call
- * returns HPR_ERR_INTERRUPTED. `allocate` must behave like calloc, `release` like free; both or neither.
+ * How a context behaves. Callbacks may be NULL. `log`, `progress` and `accuracy` are called by the thread
+ * that called the library, or by one worker at a time. `cancel` is polled; when it becomes non-zero, the
+ * running call returns HPR_ERR_INTERRUPTED. `allocate` must behave like calloc, `release` like free; both or
+ * neither.
  */
 typedef struct hpr_context_options {
     int threads;     /**< 0: OMP_NUM_THREADS, else the affinity mask */
     const char *isa; /**< NULL or "auto": best available; else "sse2", "avx2", "avx512" */
     void (*log)(void *user, hpr_log_level level, const char *text);
     void (*progress)(void *user, const char *stage, double fraction);
+    /** After each of the solves towards a tolerance: the estimated error. */
+    void (*accuracy)(void *user, double error, double tolerance);
     void *(*allocate)(void *user, size_t count, size_t size);
     void (*release)(void *user, void *memory);
     void *user;

@@ -41,21 +41,26 @@ static load guess_links(const hpr_solution *solution, const hpr_plan *plan)
                   .partly = seen > 0 ? plan->pairs_partial / seen : 0};
 }
 
+/* Of coefficients. */
 static double find_growth(const hpr_plan *plan, const hpr_outlook *outlook, double tolerance)
 {
-    static const double open_edge = 0.06, blocked_edge = 0.08, edge_power = 0.95, near = 0.3, fine = 1e-3,
-                        least = 2;
+    static const double open_edge = 2.5, open_power = 0.5, blocked_edge = 0.1, blocked_power = 0.7,
+                        open = 2.2, blocked = 1.3, near = 0.6;
+    bool partial = plan->pairs_partial > 0;
     if (!outlook->lit || outlook->uniform || plan->pairs_visible + plan->pairs_partial == 0 ||
         outlook->trial_error <= tolerance)
         return 1;
-    double g = 1;
-    if (outlook->gap == 0) {
-        g = fmax(1, pow((plan->pairs_partial > 0 ? blocked_edge : open_edge) / tolerance, edge_power));
-    } else {
-        double closeness = fmax(0, 1 / outlook->gap - 1), finer = fine / tolerance;
-        g += near * closeness * closeness * finer * finer;
-    }
-    return outlook->trial_error > tolerance ? fmax(g, least) : g;
+    if (outlook->gap == 0)
+        return fmax(
+            1, pow((partial ? blocked_edge : open_edge) / tolerance, partial ? blocked_power : open_power));
+    return (partial ? blocked : open) * (1 + near * fmax(0, 1 / outlook->gap - 1));
+}
+
+/* The part of it that goes to higher degrees, elements making the rest: more where it began low. */
+static double find_rise(const hpr_outlook *outlook, double growth, double tolerance)
+{
+    static const double highest = 4e-4, power = 0.31;
+    return outlook->gap == 0 ? fmin(growth, fmax(1, pow(tolerance / highest, power))) : growth;
 }
 
 /* CPU seconds to a tolerance: of the trial, more for more coefficients and, past obstacles, for more digits.
@@ -83,10 +88,11 @@ hpr_status hpr_plan_predict(const hpr_solution *begun, const hpr_plan *plan, con
     else
         first = guess_links(begun, plan);
     double g = tolerance > 0 ? find_growth(plan, outlook, tolerance) : 1;
+    double pieces = tolerance > 0 ? g / find_rise(outlook, g, tolerance) : 1;
     double mb = first.block_mb * pow(g, 1.7);
-    *cost = (hpr_plan_cost){.elements = (double)begun->summary.element_count * g,
+    *cost = (hpr_plan_cost){.elements = (double)begun->summary.element_count * pieces,
                             .dofs = (double)begun->summary.dof_count * g,
-                            .links = first.links * pow(g, 1.5)};
+                            .links = first.links * pow(pieces, 1.5)};
     if (tolerance > 0) {
         cost->memory_bytes = megabyte * (program_mb + 1.5 * mb + 1.5 * fmin(g - 1, 10));
         cost->cpu_s = isnan(outlook->trial_error) ? 0.1 + (plan->pairs_partial > 0 ? 0.3 : 0.12) * mb

@@ -379,6 +379,15 @@ void hpr_stage_progress(hpr_context *ctx, double fraction)
     pthread_mutex_unlock(&ctx->lock);
 }
 
+void hpr_tell_accuracy(hpr_context *ctx, double error, double tolerance)
+{
+    if (!ctx->options.accuracy)
+        return;
+    pthread_mutex_lock(&ctx->lock);
+    ctx->options.accuracy(ctx->options.user, error, tolerance);
+    pthread_mutex_unlock(&ctx->lock);
+}
+
 void hpr_stage_end(hpr_context *ctx)
 {
     if (ctx->stage == HPR_MAX_STAGES)

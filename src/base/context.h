@@ -78,6 +78,7 @@ uint64_t hpr_counter_value(const hpr_context *ctx, hpr_counter counter);
 /* Stages do not nest. A stage that is begun twice adds up. Progress is reported for the running stage. */
 void hpr_stage_begin(hpr_context *ctx, const char *name);
 void hpr_stage_progress(hpr_context *ctx, double fraction);
+void hpr_tell_accuracy(hpr_context *ctx, double error, double tolerance);
 void hpr_stage_end(hpr_context *ctx);
 size_t hpr_stage_times(const hpr_context *ctx, hpr_stage_time times[HPR_MAX_STAGES]);
 

@@ -53,6 +53,7 @@ typedef struct cli_progress {
     bool wanted, drawn;
     const char *stage;
     struct timespec stage_start, last_drawn;
+    double error, tolerance; /* of the last solve towards a tolerance; 0: none yet */
 } cli_progress;
 
 /* One run of a verb, from its arguments to its exit code. */
@@ -87,6 +88,7 @@ hpr_job_events cli_events(cli_run *run);
 /* Removes the progress bar, so that other text can follow. */
 void cli_clear_progress(cli_run *run);
 void cli_show_progress(void *run, const char *stage, double fraction);
+void cli_show_accuracy(void *run, double error, double tolerance);
 
 /* stderr, with "hprad: " before and a line end behind. */
 void cli_complain(const char *format, ...) __attribute__((format(printf, 1, 2)));

@@ -142,6 +142,7 @@ int cli_open(cli_run *run)
     options.isa = run->isa;
     options.log = show_message;
     options.progress = cli_show_progress;
+    options.accuracy = cli_show_accuracy;
     options.user = run;
     options.cancel = &cli_signal;
     run->progress.wanted = !run->quiet && isatty(STDERR_FILENO);

@@ -29,6 +29,13 @@ static void format_eta(double elapsed, double fraction, char *text, size_t bytes
         snprintf(text, bytes, "  ETA %d:%02d:%02d", (int)left / 3600, (int)left / 60 % 60, (int)left % 60);
 }
 
+void cli_show_accuracy(void *user, double error, double tolerance)
+{
+    cli_run *run = user;
+    run->progress.error = error;
+    run->progress.tolerance = tolerance;
+}
+
 void cli_show_progress(void *user, const char *stage, double fraction)
 {
     cli_run *run = user;
@@ -51,10 +58,12 @@ void cli_show_progress(void *user, const char *stage, double fraction)
         return;
     progress->last_drawn = now;
     progress->drawn = true;
-    char eta[32] = "";
+    char eta[32] = "", accuracy[48] = "";
     format_eta(seconds_between(&progress->stage_start, &now), fraction, eta, sizeof eta);
+    if (progress->tolerance > 0)
+        snprintf(accuracy, sizeof accuracy, "  error %.1e of %.1e", progress->error, progress->tolerance);
     int full = (int)(fraction * BAR_WIDTH);
-    fprintf(stderr, "\r\033[K%-12.12s [%.*s%*s] %3d%%%s", stage, full, "##############################",
-            BAR_WIDTH - full, "", (int)(100 * fraction), eta);
+    fprintf(stderr, "\r\033[K%-12.12s [%.*s%*s] %3d%%%s%s", stage, full, "##############################",
+            BAR_WIDTH - full, "", (int)(100 * fraction), accuracy, eta);
     fflush(stderr);
 }

@@ -67,6 +67,8 @@ static hpr_status take_step(hpr_solution *solution, const hpr_transport_demand *
     hpr_info(solution->context, "%zu elements, %zu coefficients: estimated error %.2e, tolerance %.2e",
              solution->summary.element_count, solution->summary.dof_count, solution->summary.error_estimate,
              solution->summary.options.tolerance);
+    hpr_tell_accuracy(solution->context, solution->summary.error_estimate,
+                      solution->summary.options.tolerance);
     return status;
 }
 

@@ -276,7 +276,7 @@ static void test_direct_light(void **state)
     hpr_direct *lamps = NULL;
     send_constants(&b, mixed_cubes[0].exitance);
     assert_int_equal(hpr_direct_create(b.solution->patches, e, &lamps), HPR_OK);
-    assert_int_equal(hpr_direct_moments(lamps, b.coverage, e, tolerance, tolerance, 0, direct, &short_count),
+    assert_int_equal(hpr_direct_moments(lamps, b.coverage, e, tolerance, tolerance, direct, &short_count),
                      HPR_OK);
     for (size_t i = 0; i < dofs; i++) {
         difference2 += (b.received[i] - direct[i]) * (b.received[i] - direct[i]);

@@ -47,8 +47,7 @@ static double find_growth(const hpr_plan *plan, const hpr_outlook *outlook, doub
     static const double open_edge = 2.5, open_power = 0.5, blocked_edge = 0.1, blocked_power = 0.7,
                         open = 2.2, blocked = 1.3, near = 0.6;
     bool partial = plan->pairs_partial > 0;
-    if (!outlook->lit || outlook->uniform || plan->pairs_visible + plan->pairs_partial == 0 ||
-        outlook->trial_error <= tolerance)
+    if (!outlook->lit || outlook->uniform || plan->pairs_visible + plan->pairs_partial == 0)
         return 1;
     if (outlook->gap == 0)
         return fmax(

@@ -11,7 +11,7 @@
  *   memory = 20 MB + 1.05 b,  CPU seconds = m (0.17 + (0.065 + 0.145 q) b / MB),
  * m the slowness of the machine (plan_trial.h). Of a tolerance t: the elements of the first step, b0 bytes,
  * and the factor g >= 1 by which their coefficients grow,
- *   g = 1 where the light is constant, or where the trial errs by less than t,
+ *   g = 1 where the light is constant,
  *   g = (2.5 / t)^0.5 where patches touch that see each other, (0.1 / t)^0.7 with things in the way,
  *   g = 2.2 (1 + 0.6 (1 / gap - 1)) elsewhere (1 / gap >= 1), 1.3 for 2.2 with things in the way,
  *   (t / 4e-4)^0.31 of it, where patches touch, else all of it, as higher degrees, the rest, e, as elements,

@@ -50,13 +50,14 @@ static void add_planes(planes *all, const hpr_vec3 *own, int own_count, const hp
         hpr_vec3 inside = hpr_sub(own[i > 0 ? i - 1 : own_count - 1], a), normal = {0, 0, 0};
         for (int k = 0; k < other_count; k++) {
             hpr_vec3 to = hpr_sub(other[k], a);
-            if (k > 0 && hpr_dot(normal, to) >= 0)
+            if (hpr_dot(normal, normal) > 0 && hpr_dot(normal, to) >= 0)
                 continue;
             normal = hpr_cross(along, to);
             normal = hpr_scale(normal, hpr_dot(normal, inside) >= 0 ? 1 : -1);
         }
         plane p = {normal, hpr_dot(normal, a), slack * size * hpr_length(normal)};
-        if (is_above(&p, own, own_count) && is_above(&p, other, other_count))
+        bool exists = hpr_dot(normal, normal) > 0; /* not if all of `other` lies on the edge's line */
+        if (exists && is_above(&p, own, own_count) && is_above(&p, other, other_count))
             all->plane[all->count++] = p;
     }
 }

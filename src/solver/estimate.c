@@ -67,14 +67,16 @@ static void spread_error(hpr_solution *solution, const hpr_estimate *s, const do
 static hpr_status measure(hpr_solution *solution, const hpr_transport *light, double tolerance,
                           hpr_estimate *s)
 {
-    enum { MANY_SPOTS = 256, FEW_SPOTS = 64 };
+    /* a spot goes through all elements; many of them make it dear, and even out what they leave out */
+    enum { MANY_SPOTS = 256, FEW_SPOTS = 64, MANY_LEAVES = 4000 };
     static const double margin = 2.1, spot_part = 0.05, tightest = 1e-13, far = 1.5;
     hpr_solve_summary *summary = &solution->summary;
     hpr_residual residual;
+    bool few = summary->options.tolerance > 0 || solution->elements->leaf_count > MANY_LEAVES;
     double spot_tolerance = fmax(spot_part * tolerance, tightest), asked = summary->options.tolerance;
     hpr_indicate(solution, light->coverage, s->indirect, light->direct, s->norm2, s->indicator);
     hpr_status status = hpr_residual_measure(solution, light, s->indirect, s->norm2, spot_tolerance,
-                                             asked > 0 ? FEW_SPOTS : MANY_SPOTS, s->indicator, &residual);
+                                             few ? FEW_SPOTS : MANY_SPOTS, s->indicator, &residual);
     if (status == HPR_OK && asked > 0 && sqrt(residual.error2) < far * asked)
         status = hpr_residual_measure(solution, light, s->indirect, s->norm2, spot_tolerance, MANY_SPOTS,
                                       s->indicator, &residual);

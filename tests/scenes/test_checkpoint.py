@@ -95,9 +95,9 @@ def check_kills(command, whole, duration, kills):
 def check_refusals(command):
     write_scene(os.path.join(command.folder, "other.gltf"), plates=3)
     with open(os.path.join(command.folder, "broken.json"), "w", encoding="utf-8") as file:
-        json.dump({**report(command, "end.json"), "refinements": [[1, 0, 2, 0, 0]]}, file)
+        json.dump({**report(command, "end.json"), "refinements": [[1, 0, 2, 0, 2, 2, 0, 0]]}, file)
     with open(os.path.join(command.folder, "far.json"), "w", encoding="utf-8") as file:
-        json.dump({**report(command, "end.json"), "refinements": [[1, 10 ** 6, 1, 0, 0]]}, file)
+        json.dump({**report(command, "end.json"), "refinements": [[1, 10 ** 6, 1, 0, 2, 2, 0, 0]]}, file)
     before = command.listing()
     for what, arguments, code, texts in (
             ("another tolerance", (*BOX, "--tol", "0.25"), 3, ["'end.json'", "tol was 0.0", "now it is 0.25"]),

@@ -44,7 +44,7 @@ static load guess_links(const hpr_solution *solution, const hpr_plan *plan)
 /* Of coefficients. */
 static double find_growth(const hpr_plan *plan, const hpr_outlook *outlook, double tolerance)
 {
-    static const double open_edge = 2.5, open_power = 0.5, blocked_edge = 0.1, blocked_power = 0.7,
+    static const double open_edge = 3.6, open_power = 0.5, blocked_edge = 0.1, blocked_power = 0.7,
                         open = 2.2, blocked = 1.3, near = 0.6;
     bool partial = plan->pairs_partial > 0;
     if (!outlook->lit || outlook->uniform || plan->pairs_visible + plan->pairs_partial == 0)
@@ -93,7 +93,7 @@ hpr_status hpr_plan_predict(const hpr_solution *begun, const hpr_plan *plan, con
                             .dofs = (double)begun->summary.dof_count * g,
                             .links = first.links * pow(pieces, 1.5)};
     if (tolerance > 0) {
-        cost->memory_bytes = megabyte * (program_mb + 1.5 * mb + 1.5 * fmin(g - 1, 10));
+        cost->memory_bytes = megabyte * (program_mb + 3 * mb);
         cost->cpu_s = isnan(outlook->trial_error) ? 0.1 + (plan->pairs_partial > 0 ? 0.3 : 0.12) * mb
                                                   : adaptive_seconds(plan, outlook, tolerance, g);
     } else {

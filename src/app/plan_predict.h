@@ -12,10 +12,10 @@
  * m the slowness of the machine (plan_trial.h). Of a tolerance t: the elements of the first step, b0 bytes,
  * and the factor g >= 1 by which their coefficients grow,
  *   g = 1 where the light is constant,
- *   g = (2.5 / t)^0.5 where patches touch that see each other, (0.1 / t)^0.7 with things in the way,
+ *   g = (3.6 / t)^0.5 where patches touch that see each other, (0.1 / t)^0.7 with things in the way,
  *   g = 2.2 (1 + 0.6 (1 / gap - 1)) elsewhere (1 / gap >= 1), 1.3 for 2.2 with things in the way,
  *   (t / 4e-4)^0.31 of it, where patches touch, else all of it, as higher degrees, the rest, e, as elements,
- *   links like e^1.5, blocks like g^1.7, memory = 20 MB + 1.5 b + 1.5 MB min(g - 1, 10),
+ *   links like e^1.5, blocks like g^1.7, memory = 20 MB + 3 b,
  *   CPU seconds = the trial's times g^0.95; with things in the way times g (0.01 / t)^0.35, or (0.01 / t)^0.2
  *   where t > 0.01; without a trial 0.1 + (0.12, or 0.3) b / MB.
  * All constants are observed, on the scenes of scenes/ (12 to 33 MB are the program's own, by what its

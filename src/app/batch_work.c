@@ -61,7 +61,9 @@ static hpr_status make_solution(worker *w, const hpr_batch_solution *solution)
         send_text(w, HPR_BATCH_MESSAGE_WARNING, "", hpr_context_error(w->context));
     w->end.made = 1;
     w->end.missed = missed;
-    status = hpr_manifest_add(&w->manifest, solution->path, solution->key, missed);
+    const char *path = solution->path;
+    const hpr_manifest_entry entry = {&path, 1, solution->key, missed};
+    status = hpr_manifest_add(&w->manifest, &entry);
     if (status == HPR_OK)
         send_text(w, HPR_BATCH_MESSAGE_WROTE, solution->path, "");
     return status;
@@ -101,19 +103,23 @@ static bool is_finished(worker *w, const hpr_batch_group *group, size_t i)
     return true;
 }
 
-/* Notes each file as it is finished; the files of a picture come one after the other. */
+/* Tells of each file as it is finished, and notes those of a picture, which come one after the other, with
+ * the last: it is finished when all are. */
 static void note_file(void *user, const hpr_job_file *file)
 {
     worker *w = user;
     const char *name[HPR_BATCH_FILES];
     char key[HPR_SHA256_TEXT];
-    size_t i = w->first + w->finished;
-    hpr_batch_picture_key(w->group, i, key);
-    if (w->status == HPR_OK)
-        w->status = hpr_manifest_add(&w->manifest, file->path, key, false);
+    size_t i = w->first + w->finished, count = hpr_batch_picture_files(w->group, i, name);
+    bool last = ++w->files == count;
+    if (w->status == HPR_OK && last) {
+        hpr_batch_picture_key(w->group, i, key);
+        const hpr_manifest_entry entry = {name, count, key, false};
+        w->status = hpr_manifest_add(&w->manifest, &entry);
+    }
     if (w->status == HPR_OK)
         send_text(w, HPR_BATCH_MESSAGE_WROTE, file->path, "");
-    if (++w->files == hpr_batch_picture_files(w->group, i, name)) {
+    if (last) {
         w->files = 0;
         w->finished++;
         w->end.made++;

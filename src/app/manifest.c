@@ -227,30 +227,55 @@ static hpr_status append(hpr_manifest *m, char *text)
     return HPR_OK;
 }
 
-hpr_status hpr_manifest_add(hpr_manifest *m, const char *path, const char *key, bool missed)
+/* The line of a finished file, NULL if memory ran out. */
+static char *line_of(const hpr_manifest *m, const char *path, const char *sha256, uint64_t bytes,
+                     const hpr_manifest_entry *entry)
 {
-    char sha256[HPR_SHA256_TEXT];
-    uint64_t bytes = 0;
-    bool ok = true, locked = false;
-    hpr_status status = hash_file(m->context, path, sha256, &bytes);
-    if (status != HPR_OK)
-        return status;
+    bool ok = true;
     cJSON *root = cJSON_CreateObject();
     hpr_json_text(root, "output", relative(m, path), &ok);
     hpr_json_text(root, "sha256", sha256, &ok);
     hpr_json_number(root, "bytes", (double)bytes, &ok);
-    hpr_json_text(root, "key", key, &ok);
-    hpr_json_bool(root, "missed", missed, &ok);
+    hpr_json_text(root, "key", entry->key, &ok);
+    hpr_json_bool(root, "missed", entry->missed, &ok);
     char *text = ok ? cJSON_PrintUnformatted(root) : NULL;
     cJSON_Delete(root);
-    if (!text)
-        return hpr_fail(m->context, HPR_ERR_MEMORY, "out of memory for '%s'", m->path);
-    status = lock_byte(m, 0, true, &locked);
+    return text;
+}
+
+/* text += the line of file k. */
+static hpr_status add_line(const hpr_manifest *m, const hpr_manifest_entry *entry, size_t k, char **text)
+{
+    char sha256[HPR_SHA256_TEXT], *line = NULL, *longer = NULL;
+    uint64_t bytes = 0;
+    hpr_status status = hash_file(m->context, entry->path[k], sha256, &bytes);
+    if (status != HPR_OK)
+        return status;
+    line = line_of(m, entry->path[k], sha256, bytes, entry);
+    if (!line || asprintf(&longer, "%s%s%s", *text ? *text : "", *text ? "\n" : "", line) < 0)
+        status = hpr_fail(m->context, HPR_ERR_MEMORY, "out of memory for '%s'", m->path);
+    cJSON_free(line);
+    if (status == HPR_OK) {
+        free(*text);
+        *text = longer;
+    }
+    return status;
+}
+
+hpr_status hpr_manifest_add(hpr_manifest *m, const hpr_manifest_entry *entry)
+{
+    bool locked = false;
+    char *text = NULL;
+    hpr_status status = HPR_OK;
+    for (size_t k = 0; k < entry->count && status == HPR_OK; k++)
+        status = add_line(m, entry, k, &text);
+    if (status == HPR_OK)
+        status = lock_byte(m, 0, true, &locked);
     if (status == HPR_OK)
         status = append(m, text);
     if (locked)
         set_lock(m, 0, F_UNLCK, false);
-    cJSON_free(text);
+    free(text);
     return status;
 }
 

@@ -37,8 +37,16 @@ hpr_status hpr_manifest_update(hpr_manifest *manifest);
  * the output's own, within the folder. Valid until the next update. */
 const hpr_manifest_line *hpr_manifest_find(hpr_manifest *manifest, const char *path, const char *key);
 
-/* Notes a finished file. Errors: HPR_ERR_IO, HPR_ERR_MEMORY. */
-hpr_status hpr_manifest_add(hpr_manifest *manifest, const char *path, const char *key, bool missed);
+/* Files that are finished together: all of a picture, or a solution. */
+typedef struct hpr_manifest_entry {
+    const char *const *path; /* [count], at least one */
+    size_t count;
+    const char *key;
+    bool missed; /* the tolerance */
+} hpr_manifest_entry;
+
+/* Notes them, in one write: whoever dies has noted all or none. Errors: HPR_ERR_IO, HPR_ERR_MEMORY. */
+hpr_status hpr_manifest_add(hpr_manifest *manifest, const hpr_manifest_entry *entry);
 
 /* Locks an output against other batches; it lasts until unlock, close or the process's death. Without `wait`
  * *locked tells whether it worked. Errors: HPR_ERR_IO, HPR_ERR_INTERRUPTED. */

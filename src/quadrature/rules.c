@@ -294,11 +294,11 @@ static void nested(chooser *c, const hpr_contact *contact)
  * take less time: the limits are what these rules do besides, in kernels, measured. */
 static bool parallel_or_aligned(chooser *c, const hpr_contact *contact)
 {
-    enum { CELLS = 9, POINTS = 2000 };
+    enum { POINTS = 2000, TERMS = 90 };
     static const double errors = 0.5; /* of the tolerance that their points were chosen for, observed */
     hpr_rule rule = {.tolerance = c->tolerance, .error = errors * c->tolerance};
     int recv = c->pair->recv.degree + 1, send = c->pair->send.degree + 1;
-    double work = POINTS + CELLS * recv * send * (recv + send);
+    double work = POINTS + TERMS * recv * send * (recv + send);
     if (hpr_parallel_find(c->pair, c->tolerance, &rule.parallel))
         rule.kind = HPR_RULE_PARALLEL;
     else if (!constants(c) && hpr_aligned_find(c->pair, c->tolerance, &rule.aligned))

@@ -15,6 +15,17 @@ typedef struct view {
 
 static const double panel_length = 2.5;
 
+/* Whether a panel needs more nodes than there are; not if it is so narrow that only sizes beyond all numbers
+ * ask for them: then it takes what there are. */
+static bool falls_in_two(int *nodes, double width)
+{
+    static const double narrow = 1e-3;
+    if (*nodes > HPR_NODES_MAX && width > narrow)
+        return true;
+    *nodes = *nodes < HPR_NODES_MAX ? *nodes : HPR_NODES_MAX;
+    return false;
+}
+
 static int panels(double length)
 {
     return length > panel_length ? (int)ceil(length / panel_length) : 1;
@@ -155,7 +166,7 @@ static void add_steps(const view *v, const sector *sec, double low, double width
     double ellipse = panel_ellipse(width);
     double growth = panel_growth(ellipse, 1 / top, 0, 1, low, width);
     st.nodes = panel_nodes(v->polar->degree, v->polar->tolerance, ellipse, growth);
-    if (st.nodes > HPR_NODES_MAX) {
+    if (falls_in_two(&st.nodes, width)) {
         add_steps(v, sec, low, width / 2, top);
         add_steps(v, sec, low + width / 2, width / 2, top);
         return;
@@ -172,7 +183,7 @@ static void add_sector(const view *v, sector *sec, double low, double width)
     sec->low = low;
     sec->width = width;
     sec->nodes = panel_nodes(v->polar->degree, v->polar->tolerance, ellipse, growth);
-    if (sec->nodes > HPR_NODES_MAX) {
+    if (falls_in_two(&sec->nodes, width)) {
         add_sector(v, sec, low, width / 2);
         add_sector(v, sec, low + width / 2, width / 2);
         return;
@@ -263,7 +274,7 @@ static void line_panel(const hpr_line *line, double low, double width, hpr_line_
     double ellipse = panel_ellipse(width), place[HPR_NODES_MAX], weight[HPR_NODES_MAX];
     double growth = panel_growth(ellipse, line->distance, line->begin, line->end, low, width);
     int nodes = panel_nodes(line->degree, line->tolerance, ellipse, growth);
-    if (nodes > HPR_NODES_MAX) {
+    if (falls_in_two(&nodes, width)) {
         line_panel(line, low, width / 2, sink, user);
         line_panel(line, low + width / 2, width / 2, sink, user);
         return;

@@ -208,17 +208,6 @@ static double area_factor(const hpr_element_frame *frame)
     return hpr_frame_jacobian(frame) * hpr_frame_scale(frame);
 }
 
-/* A frame in other units of length. */
-static hpr_element_frame rescaled(const hpr_element_frame *frame, double scale)
-{
-    hpr_element_frame f = *frame;
-    f.origin = hpr_scale(f.origin, scale);
-    f.edge1 = hpr_scale(f.edge1, scale);
-    f.edge2 = hpr_scale(f.edge2, scale);
-    f.area_m2 *= scale * scale;
-    return f;
-}
-
 /* A power of two that makes the longer edges about 1 long, so that no fourth power of a distance runs over.
  */
 static double unit_scale(const hpr_block_task *task)
@@ -329,7 +318,8 @@ static hpr_block_result integrate(const hpr_evaluator *by, const hpr_quadrature 
     hpr_block_result result = {0};
     hpr_pair pair;
     double scale = unit_scale(task);
-    const hpr_element_frame recv = rescaled(&task->recv, scale), send = rescaled(&task->send, scale);
+    const hpr_element_frame recv = hpr_frame_rescaled(&task->recv, scale),
+                            send = hpr_frame_rescaled(&task->send, scale);
     hpr_pair_init(&pair, &recv, &send);
     if (!task->blocker_count)
         hpr_pair_flatten(&pair, task->contact_m * scale);

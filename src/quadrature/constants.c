@@ -99,11 +99,8 @@ static measure measure_of(const hpr_constants_task *task)
 static hpr_element_frame measured(const hpr_element_frame *frame, const measure *m)
 {
     hpr_element_frame f = *frame;
-    f.origin = hpr_scale(hpr_sub(f.origin, m->origin), m->scale);
-    f.edge1 = hpr_scale(f.edge1, m->scale);
-    f.edge2 = hpr_scale(f.edge2, m->scale);
-    f.area_m2 = f.area_m2 * m->scale * m->scale;
-    return f;
+    f.origin = hpr_sub(f.origin, m->origin);
+    return hpr_frame_rescaled(&f, m->scale);
 }
 
 /* Elements beyond the last are the last again. */

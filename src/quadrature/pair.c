@@ -90,6 +90,16 @@ void hpr_pair_init(hpr_pair *pair, const hpr_element_frame *recv, const hpr_elem
                                      hpr_dot(recv->normal, send->edge2)};
 }
 
+hpr_element_frame hpr_frame_rescaled(const hpr_element_frame *frame, double scale)
+{
+    hpr_element_frame f = *frame;
+    f.origin = hpr_scale(f.origin, scale);
+    f.edge1 = hpr_scale(f.edge1, scale);
+    f.edge2 = hpr_scale(f.edge2, scale);
+    f.area_m2 = f.area_m2 * scale * scale;
+    return f;
+}
+
 hpr_cell hpr_cell_whole(const hpr_element_frame *frame)
 {
     return (hpr_cell){.shape = frame->shape,

@@ -95,6 +95,9 @@ double hpr_inner_fraction(const hpr_pair *pair, const hpr_element_frame *outer,
                           const hpr_element_frame *inner, const hpr_convex *polygon, hpr_vec3 point,
                           bool *complete);
 
+/* The element in another unit of length, `scale` of them to one of its own: exact for a power of two. */
+hpr_element_frame hpr_frame_rescaled(const hpr_element_frame *frame, double scale);
+
 /* The whole element as a cell, and as a polygon. */
 hpr_cell hpr_cell_whole(const hpr_element_frame *frame);
 hpr_polygon hpr_frame_outline(const hpr_element_frame *frame);

@@ -5,6 +5,7 @@
 #include "quadrature/flat.h"
 #include "quadrature/homothety.h"
 #include "quadrature/parallel.h"
+#include "quadrature/rooted.h"
 
 #include <stddef.h>
 #include <string.h>
@@ -312,9 +313,19 @@ static hpr_block_status status_of(const hpr_evaluation *e, const estimate *error
     return error->quadrature + error->rounding > allowed ? HPR_BLOCK_ROUNDED : HPR_BLOCK_WITHIN;
 }
 
-static hpr_block_result integrate(const hpr_evaluator *by, const hpr_quadrature *quadrature,
-                                  const hpr_block_task *task, double *block, hpr_block_scratch *scratch)
+/* Parts are in the parameters that the elements have. */
+static hpr_block_task rooted(const hpr_block_task *task)
 {
+    hpr_block_task own = *task;
+    if (!own.recv_part_count && !own.send_part_count)
+        hpr_frames_root(&own.recv, &own.send);
+    return own;
+}
+
+static hpr_block_result integrate(const hpr_evaluator *by, const hpr_quadrature *quadrature,
+                                  const hpr_block_task *given, double *block, hpr_block_scratch *scratch)
+{
+    const hpr_block_task own = rooted(given), *task = &own;
     hpr_block_result result = {0};
     hpr_pair pair;
     double scale = unit_scale(task);

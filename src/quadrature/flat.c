@@ -2,52 +2,23 @@
  * Pairs in planes that nearly agree. A height that is a millionth of the size has lost six digits if it is
  * formed with a normal of double precision, and heights of either side that lost them independently belong to
  * no pair of planes: fluxes err by as much. So both are seen in coordinates in which one plane is z = 0: the
- * other side's z are triple products in twice the digits, and all else follows from them. Source: the
- * error-free product of Dekker 1971 and sum of Knuth 1969, as in Shewchuk 1997.
+ * other side's z are triple products in twice the digits, and all else follows from them.
  */
 #include "quadrature/flat.h"
 
+#include "math/twofold.h"
+
 #include <float.h>
 #include <math.h>
-
-/* A number as the sum of two doubles. */
-typedef struct twofold {
-    double high, low;
-} twofold;
-
-static twofold sum(twofold a, twofold b)
-{
-    double s = a.high + b.high, t = s - a.high;
-    double error = (a.high - (s - t)) + (b.high - t) + (a.low + b.low), high = s + error;
-    return (twofold){high, error - (high - s)};
-}
-
-static twofold product(double a, double b)
-{
-    double p = a * b;
-    return (twofold){p, fma(a, b, -p)};
-}
-
-static twofold times(twofold a, double b)
-{
-    twofold p = product(a.high, b);
-    p.low += a.low * b;
-    double high = p.high + p.low;
-    return (twofold){high, p.low - (high - p.high)};
-}
-
-/* a b - c d */
-static twofold minor(double a, double b, double c, double d)
-{
-    return sum(product(a, b), product(-c, d));
-}
 
 /* (edge1 x edge2) . v */
 static double triple(const hpr_element_frame *f, hpr_vec3 v)
 {
     hpr_vec3 a = f->edge1, b = f->edge2;
-    twofold x = times(minor(a.y, b.z, a.z, b.y), v.x), y = times(minor(a.z, b.x, a.x, b.z), v.y);
-    return sum(sum(x, y), times(minor(a.x, b.y, a.y, b.x), v.z)).high;
+    hpr_twofold x = hpr_twofold_times(hpr_twofold_minor(a.y, b.z, a.z, b.y), v.x),
+                y = hpr_twofold_times(hpr_twofold_minor(a.z, b.x, a.x, b.z), v.y),
+                z = hpr_twofold_times(hpr_twofold_minor(a.x, b.y, a.y, b.x), v.z);
+    return hpr_twofold_sum(hpr_twofold_sum(x, y), z).high;
 }
 
 typedef struct axes {

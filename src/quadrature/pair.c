@@ -190,6 +190,7 @@ double hpr_inner_fraction(const hpr_pair *pair, const hpr_element_frame *outer,
 {
     if (pair->blocker_count) {
         hpr_visible visible;
+        visible.hidden = NULL;
         *complete &= hpr_visible_part(point, polygon, inner->normal, pair->blocker, pair->chosen,
                                       pair->blocker_count, &visible);
         return hpr_visible_fraction(outer->normal, &visible);

@@ -18,6 +18,8 @@ from tap import check, done  # noqa: E402
 BOUND = 1e-12  # worst seen: 4e-15
 
 SQUARE = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0))
+# Four billion times longer than wide, its short side near SQUARE.
+NEEDLE = ((.5, 3e9, 4e9), (-.25, 1.5, .25), (1.25, 1.5, .25))
 SCALENE = ((0, 0, 0), (1.25, 0, 0), (.75, .5, 0))
 
 
@@ -67,7 +69,27 @@ FACTORS = [
       (-0.29168414133246073, -0.033306581450746227, 0.66588306368503891),
       (-0.23761418318225447, -0.065774330808390818, 0.61546882615677656),
       (-0.21985162994366425, -0.043779553885749389, 0.5924853471506023)), .99999999999660251653),
+    ("squares so small that their area is no normal number, 33 degrees",
+     *(tuple(tuple(x * 2 ** -513 for x in c) for c in p) for p in (SQUARE, hinged(33, 1))), 0.58975086319835327168),
+    ("a needle 1 : 4e9 from its tip", SQUARE, NEEDLE, 0.063547325499358770449),
+    ("the same from the side", SQUARE, NEEDLE[1:] + NEEDLE[:1], 0.063547325499358770449),
 ]
+
+# Two plates 1e-11 apart and a sheet through both: most of what one sees of the other is in pieces.
+PLATES = (
+    ((0.61266098493952748, -1.2890351980166259, 0.24194085845777757),
+     (-0.14765115862483458, -0.27456033206687058, 0.83106994999913075),
+     (-0.15464491704167238, -0.40831285562682429, 0.51860220396396572),
+     (0.60566722652268967, -1.4227877215765796, -0.070526887577387454)),
+    ((-0.15464491705055811, -0.40831285563584058, 0.51860220396802403),
+     (-0.1476511586337203, -0.27456033207588687, 0.83106995000318906),
+     (0.61266098493064181, -1.2890351980256423, 0.24194085846183591),
+     (0.605667226513804, -1.422787721585596, -0.070526887573329131)),
+    ((-0.12974085428158841, -0.43233789943490614, 0.51975385738066548),
+     (1.4430875190286605, 0.8159636973501978, 1.2654392418857194),
+     (-2.0020802330927867, -1.9675662098582376, -0.50965370400275711),
+     (-2.4254770336571712, -2.3036021761384382, -0.71038813338145779)))
+ROUNDING = 1e-14  # of a factor that is 1 but for the 1e-11 by which the plates are apart; seen: 2.3e-16
 
 # name, two polygons, degree, K_k0
 MOMENTS = [
@@ -92,9 +114,9 @@ def write_model(path, *polygons):
         file.write("\n".join(lines + surfaces) + "\n")
 
 
-def matrix(command, *options):
+def matrix(command, *options, tol="1e-13"):
     """The numbers of the matrix that formfactors writes of pair.vs3."""
-    result = command("formfactors", "pair.vs3", "-o", "pair.npy", "--tol", "1e-13", *options)
+    result = command("formfactors", "pair.vs3", "-o", "pair.npy", "--tol", tol, *options)
     if result.returncode not in (0, 4):
         raise RuntimeError(result.stderr)
     with open(os.path.join(command.folder, "pair.npy"), "rb") as file:
@@ -121,6 +143,10 @@ def main():
             forth, back = block[count * count:2 * count * count], block[2 * count * count:3 * count * count]
             say(name, forth[::count], column, column[0])
             say(f"{name}, the other way round", back[:count], column, column[0])
+        write_model(path, *PLATES)
+        factors = matrix(command, tol="1e-4")
+        wrong = [f"F = {f!r}" for f in factors if not 0 <= f <= 1 + ROUNDING]
+        check(f"plates 1e-11 apart, a sheet through both: F = {factors[1]!r}", wrong)
     return done()
 
 

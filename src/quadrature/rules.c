@@ -273,17 +273,6 @@ static void reduce(chooser *c, const hpr_homothety *homothety, double tolerance)
         !hpr_homothety_choose(c->gauss, c->pair, homothety, tolerance, c->sink, c->user);
 }
 
-static double longest_edge(const hpr_element_frame *frame)
-{
-    return fmax(hpr_length(frame->edge1), hpr_length(frame->edge2));
-}
-
-/* How much more exactly the edges are known than the plane. */
-static double slenderness(const hpr_element_frame *frame)
-{
-    return longest_edge(frame) * longest_edge(frame) / frame->area_m2;
-}
-
 static void nested(chooser *c, const hpr_contact *contact)
 {
     c->outcome.stopped_short |= !hpr_nested_choose(c->gauss, c->pair, &contact->recv_front,
@@ -323,7 +312,7 @@ static void near_or_far(chooser *c, const hpr_contact *contact)
     if (cost > cheap && c->outcome.flat < c->tolerance) {
         hpr_homothety apart = hpr_homothety_apart(c->gauss, c->pair, contact, &c->scratch->group, &condition);
         /* where the planes meet is known as well as the planes */
-        double known = loss * slenderness(&c->pair->recv) * slenderness(&c->pair->send);
+        double known = loss * hpr_frame_slenderness(&c->pair->recv) * hpr_frame_slenderness(&c->pair->send);
         if (condition * known < c->tolerance) {
             reduce(c, &apart, fmax(c->tolerance / condition, rounding));
             return;
@@ -340,11 +329,11 @@ static double height_rounding(const hpr_element_frame *frame, const hpr_element_
                               const hpr_affine *height, const hpr_polygon *front, double distance,
                               double offset)
 {
-    double highest = 0, size = longest_edge(frame), base = longest_edge(other);
+    double highest = 0, size = hpr_frame_longest(frame), base = hpr_frame_longest(other);
     for (int i = 0; i < front->count; i++)
         highest = fmax(highest, hpr_affine_at(height, front->corner[i][0], front->corner[i][1]));
     /* the normal of a slender element is known to rounding times its slenderness */
-    double lever = distance + size, slenderness = base * base / other->area_m2;
+    double lever = distance + size, slenderness = hpr_frame_slenderness(other);
     return DBL_EPSILON * (offset + base + lever * (1 + slenderness)) / highest;
 }
 
@@ -359,8 +348,8 @@ static void set_rounding(chooser *c, const hpr_contact *contact)
     hpr_vec3 a[4], b[4];
     int na = hpr_cell_corners(recv, &whole[0], a), nb = hpr_cell_corners(send, &whole[1], b);
     double distance = hpr_polygon_distance(a, na, b, nb), offset = hpr_length(send->origin);
-    double length = offset + longest_edge(recv) + longest_edge(send);
-    double edge = fmin(longest_edge(recv), longest_edge(send));
+    double length = offset + hpr_frame_longest(recv) + hpr_frame_longest(send);
+    double edge = fmin(hpr_frame_longest(recv), hpr_frame_longest(send));
     double functions = (recv->degree + 1.0) * (send->degree + 1.0);
     c->outcome.rounding = DBL_EPSILON * 4;
     c->outcome.flat =

@@ -91,7 +91,7 @@ static bool sender_is_base(const hpr_pair *pair)
 
 void hpr_pair_flatten(hpr_pair *pair, double contact)
 {
-    static const double rounding = 16 * DBL_EPSILON;
+    static const double rounding = 1e-12;
     bool by_send = sender_is_base(pair);
     if (!is_flat(pair, contact, by_send))
         return;

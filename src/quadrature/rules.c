@@ -6,6 +6,7 @@
 #include "quadrature/homothety.h"
 #include "quadrature/parallel.h"
 #include "quadrature/rule.h"
+#include "quadrature/strips.h"
 
 #include <float.h>
 #include <string.h>
@@ -226,6 +227,14 @@ static void emit_pieces(chooser *c, const hpr_contact *contact)
     }
 }
 
+/* Planes that face each other so closely that nodes would miss how the view ends at the edges. */
+static bool close_planes(const hpr_pair *pair)
+{
+    static const double close = 1e-3;
+    double size = sqrt(fmin(pair->recv.area_m2, pair->send.area_m2));
+    return hpr_strips_apply(pair) && hpr_frame_largest(&pair->recv, &pair->recv_height) < close * size;
+}
+
 static void clip_parts(chooser *c, const hpr_polygon *recv, const hpr_polygon *send)
 {
     const hpr_clipped_demand demand = {c->demand->tolerance, c->demand->negligible};
@@ -237,7 +246,7 @@ static void clip_parts(chooser *c, const hpr_polygon *recv, const hpr_polygon *s
                                           .allowed_m2 = c->demand->negligible * scale_m2,
                                           .flat = c->slit ? c->outcome.flat : 0,
                                           .swept_m2 = c->outcome.swept * scale_m2,
-                                          .slit = c->slit};
+                                          .slit = c->slit || close_planes(c->pair)};
         hpr_partial part = hpr_partial_integrate(c->gauss, c->pair, recv, send, &whole, c->scratch->cell);
         c->outcome.exchange_m2 += part.exchange_m2;
         c->outcome.stopped_short |= !part.complete;
@@ -379,6 +388,28 @@ static void clipped(chooser *c, const hpr_contact *contact)
     }
 }
 
+/*
+ * Elements whose planes all but agree, and that touch only as well as the planes are known: where one sees
+ * that the line of both planes is, it misses the other by far more. A homothety from there adds and takes
+ * away parts of that size, which beside a view as narrow as the square of the angle is too much.
+ */
+static bool touch_is_vague(const chooser *c, const hpr_contact *contact)
+{
+    static const double small_angle = 1e-2, rounding = 4 * DBL_EPSILON, share = 0.01;
+    const hpr_element_frame *recv = &c->pair->recv, *send = &c->pair->send;
+    double sine = hpr_length(hpr_cross(recv->normal, send->normal)), gap = 0;
+    double size = fmin(hpr_frame_longest(recv), hpr_frame_longest(send));
+    if (hpr_dot(recv->normal, send->normal) < 0 || sine > small_angle)
+        return false;
+    for (int k = 0; k < contact->point_count; k++) {
+        hpr_vec3 x = hpr_frame_point(recv, contact->recv_point[k][0], contact->recv_point[k][1]),
+                 y = hpr_frame_point(send, contact->send_point[k][0], contact->send_point[k][1]);
+        gap = fmax(gap, hpr_length(hpr_sub(x, y)));
+    }
+    double known = rounding * (hpr_length(send->origin) + hpr_frame_longest(recv) + hpr_frame_longest(send));
+    return gap > fmax(known, share * c->tolerance * sine * sine * size);
+}
+
 static void integrate(chooser *c, const hpr_cell *recv, const hpr_cell *send)
 {
     hpr_contact contact;
@@ -402,7 +433,7 @@ static void integrate(chooser *c, const hpr_cell *recv, const hpr_cell *send)
     }
     /* What a homothety puts together belongs to no pair of planes if rounding turns these by more than is
      * asked, while the part of the view that one fills, point by point, is at most 1. */
-    if (c->slit && constants(c)) {
+    if (constants(c) && (c->slit || (!separate && touch_is_vague(c, &contact)))) {
         nested(c, &contact);
         return;
     }

@@ -195,9 +195,14 @@ def main():
     parser.add_argument("--size", type=float, default=1.2, help="longest side of the model, metres")
     parser.add_argument("--turn", type=float, default=30, help="degrees, counter-clockwise seen from above")
     arguments = parser.parse_args()
-    gltf, chunk = load(arguments.model)
-    data = gather(gltf, chunk, arguments.model.parent)
-    place(gltf, data, arguments.size, arguments.turn)
+    try:
+        gltf, chunk = load(arguments.model)
+        data = gather(gltf, chunk, arguments.model.parent)
+        place(gltf, data, arguments.size, arguments.turn)
+    except OSError as error:
+        sys.exit(f"place_model.py: {error.filename}: {error.strerror}")
+    except (ValueError, KeyError, IndexError, TypeError, RecursionError, struct.error) as error:
+        sys.exit(f"place_model.py: {arguments.model}: not a glTF model that can be placed ({error!r})")
     write(arguments.output, gltf, data)
 
 

@@ -1,6 +1,6 @@
 /* Scene file -> what it calls for, and what that will cost. */
 #include "app/job.h"
-#include "app/memory_peak.h"
+#include "base/memory_peak.h"
 #include "app/plan_predict.h"
 #include "app/plan_trial.h"
 #include "io/plan_report.h"

@@ -1,6 +1,6 @@
 #include "app/study_run.h"
 
-#include "app/memory_peak.h"
+#include "base/memory_peak.h"
 #include "solver/solution.h"
 
 #include <hprad/baseline.h>

@@ -1,4 +1,5 @@
 /* What a run did and cost, as JSON. The README lists the keys; they do not change their meaning. */
+#include "base/memory_peak.h"
 #include "io/atomic_file.h"
 #include "io/report_parts.h"
 #include "solver/effects.h"
@@ -100,8 +101,7 @@ void hpr_report_add_cost(cJSON *root, const hpr_context *ctx, bool *ok)
     struct rusage usage = {0};
     getrusage(RUSAGE_SELF, &usage);
     hpr_json_number(root, "cpu_seconds", seconds(&usage.ru_utime) + seconds(&usage.ru_stime), ok);
-    hpr_json_number(root, "peak_memory_bytes", 1024.0 * (double)usage.ru_maxrss,
-                    ok); /* Linux counts in KiB */
+    hpr_json_number(root, "peak_memory_bytes", hpr_memory_peak(), ok);
 }
 
 static void add_accuracy(cJSON *root, const hpr_solve_summary *summary, bool *ok)

@@ -122,19 +122,17 @@ HPR_LANES_BODY void strip_body(const double *x, size_t x_stride, const double *y
 /* Sums of the lanes of eight at once. */
 HPR_LANES_BODY hpr_lanes sums_of(const hpr_lanes *of)
 {
-    const hpr_lanes_bits even = {0, 8, 2, 10, 4, 12, 6, 14}, odd = {1, 9, 3, 11, 5, 13, 7, 15};
-    const hpr_lanes_bits even2 = {0, 1, 8, 9, 4, 5, 12, 13}, odd2 = {2, 3, 10, 11, 6, 7, 14, 15};
-    const hpr_lanes_bits low = {0, 1, 2, 3, 8, 9, 10, 11}, high = {4, 5, 6, 7, 12, 13, 14, 15};
     hpr_lanes by_two[4], by_four[2];
 #pragma GCC unroll 4
     for (int k = 0; k < 4; k++)
-        by_two[k] = __builtin_shuffle(of[2 * k], of[2 * k + 1], even) +
-                    __builtin_shuffle(of[2 * k], of[2 * k + 1], odd);
+        by_two[k] = __builtin_shufflevector(of[2 * k], of[2 * k + 1], 0, 8, 2, 10, 4, 12, 6, 14) +
+                    __builtin_shufflevector(of[2 * k], of[2 * k + 1], 1, 9, 3, 11, 5, 13, 7, 15);
 #pragma GCC unroll 2
     for (int k = 0; k < 2; k++)
-        by_four[k] = __builtin_shuffle(by_two[2 * k], by_two[2 * k + 1], even2) +
-                     __builtin_shuffle(by_two[2 * k], by_two[2 * k + 1], odd2);
-    return __builtin_shuffle(by_four[0], by_four[1], low) + __builtin_shuffle(by_four[0], by_four[1], high);
+        by_four[k] = __builtin_shufflevector(by_two[2 * k], by_two[2 * k + 1], 0, 1, 8, 9, 4, 5, 12, 13) +
+                     __builtin_shufflevector(by_two[2 * k], by_two[2 * k + 1], 2, 3, 10, 11, 6, 7, 14, 15);
+    return __builtin_shufflevector(by_four[0], by_four[1], 0, 1, 2, 3, 8, 9, 10, 11) +
+           __builtin_shufflevector(by_four[0], by_four[1], 4, 5, 6, 7, 12, 13, 14, 15);
 }
 
 /* sum[n a + b] += sum_v x[a][v] y[b][v]; with `total` those of a + b >= n are left as they are or not. */

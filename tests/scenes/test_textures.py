@@ -22,6 +22,17 @@ WALLS = [((0, 0, 0), (0, 0, 1), (1, 0, 0)), ((0, 1, 0), (1, 0, 0), (0, 0, 1)), (
          ((1, 0, 0), (0, 0, 1), (0, 1, 0)), ((0, 0, 0), (1, 0, 0), (0, 1, 0)), ((0, 0, 1), (0, 1, 0), (1, 0, 0))]
 NEAREST, LINEAR, REPEAT, MIRROR = 9728, 9729, 10497, 33648
 WHITE, DARK = (255, 255, 255), (90, 60, 0)
+# A JPEG of 8 x 8 pixels of one colour, (180, 120, 60): only the constant of each channel's block is not zero.
+JPEG = base64.b64decode("""
+/9j/4AAQSkZJRgABAQAAAQABAAD/2wBDAAIBAQEBAQIBAQECAgICAgQDAgICAgUEBAMEBgUGBgYFBgYGBwkIBgcJBwYGCAsICQoKCgoKBggLDAsK
+DAkKCgr/2wBDAQICAgICAgUDAwUKBwYHCgoKCgoKCgoKCgoKCgoKCgoKCgoKCgoKCgoKCgoKCgoKCgoKCgoKCgoKCgoKCgoKCgr/wAARCAAIAAgD
+AREAAhEBAxEB/8QAHwAAAQUBAQEBAQEAAAAAAAAAAAECAwQFBgcICQoL/8QAtRAAAgEDAwIEAwUFBAQAAAF9AQIDAAQRBRIhMUEGE1FhByJxFDKB
+kaEII0KxwRVS0fAkM2JyggkKFhcYGRolJicoKSo0NTY3ODk6Q0RFRkdISUpTVFVWV1hZWmNkZWZnaGlqc3R1dnd4eXqDhIWGh4iJipKTlJWWl5iZ
+mqKjpKWmp6ipqrKztLW2t7i5usLDxMXGx8jJytLT1NXW19jZ2uHi4+Tl5ufo6erx8vP09fb3+Pn6/8QAHwEAAwEBAQEBAQEBAQAAAAAAAAECAwQF
+BgcICQoL/8QAtREAAgECBAQDBAcFBAQAAQJ3AAECAxEEBSExBhJBUQdhcRMiMoEIFEKRobHBCSMzUvAVYnLRChYkNOEl8RcYGRomJygpKjU2Nzg5
+OkNERUZHSElKU1RVVldYWVpjZGVmZ2hpanN0dXZ3eHl6goOEhYaHiImKkpOUlZaXmJmaoqOkpaanqKmqsrO0tba3uLm6wsPExcbHyMnK0tPU1dbX
+2Nna4uPk5ebn6Onq8vP09fb3+Pn6/9oADAMBAAIRAxEAPwC5X8vn9GH/2Q==
+""")
 
 
 def png(rows):
@@ -39,6 +50,11 @@ def chequers(side, colours=(WHITE, DARK)):
 
 def uri(kind, data):
     return f"data:{kind};base64," + base64.b64encode(data).decode()
+
+
+def image(picture):
+    """`picture` is rows of (r, g, b), or a JPEG's bytes."""
+    return uri("image/jpeg", picture) if isinstance(picture, bytes) else uri("image/png", png(picture))
 
 
 def linear(code):
@@ -89,7 +105,7 @@ def write_cube(path, picture, sampler=None, transform=None, factor=(1, 1, 1), la
     if pictures:
         scene.update(textures=[{"source": i, "sampler": 0} for i in range(len(pictures))],
                      samplers=[sampler or {"magFilter": NEAREST}],
-                     images=[{"uri": uri("image/png", png(p))} for p in pictures])
+                     images=[{"uri": image(p)} for p in pictures])
     with open(path, "w", encoding="utf-8") as file:
         json.dump(scene, file)
 
@@ -158,6 +174,8 @@ def check_one_colour(command):
     grey = linear(100)
     check("a texture of one colour changes no number",
           solved(command, picture=[[(100, 100, 100)] * 3] * 2) == solved(command, picture=None, factor=(grey,) * 3))
+    check("a JPEG is read like the colour that it holds",
+          solved(command, picture=JPEG) == solved(command, picture=None, factor=tuple(map(linear, (180, 120, 60)))))
     check("nor does an emissive one",
           solved(command, lamp=False, picture=None, factor=(.5,) * 3, glow=[[(100, 100, 100)] * 3] * 2, emission=(1, 1, 1))
           == solved(command, lamp=False, picture=None, factor=(.5,) * 3, emission=(grey,) * 3))

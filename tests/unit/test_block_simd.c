@@ -22,10 +22,13 @@ typedef struct pair {
 #define TRIANGLE HPR_SHAPE_TRIANGLE
 #define QUAD HPR_SHAPE_QUADRILATERAL
 
-static const side floor_square = {SQUARE, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {0}};
-static const side floor_triangle = {TRIANGLE, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {0}};
-static const side floor_quad = {QUAD, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {0.8, 1.2}};
-
+#define FLOOR(shape, a, b)                                                                                   \
+    {                                                                                                        \
+        shape, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}},                                                            \
+        {                                                                                                    \
+            a, b                                                                                             \
+        }                                                                                                    \
+    }
 #define ABOVE(shape, a, b)                                                                                   \
     {                                                                                                        \
         shape, {{0.1, 0, 2.5}, {0.1, 1, 2.6}, {1.2, 0, 2.5}},                                                \
@@ -49,15 +52,15 @@ static const side floor_quad = {QUAD, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {0.8, 1
     }
 
 static const pair pairs[] = {
-    {"apart", floor_square, ABOVE(SQUARE, 0, 0), false, false},
-    {"apart, triangle and quadrilateral", floor_triangle, ABOVE(QUAD, 1.1, 0.7), false, false},
-    {"near", floor_square, TILTED(TRIANGLE, 0, 0), false, false},
-    {"near, quadrilaterals", floor_quad, TILTED(QUAD, 0.9, 1.3), false, false},
-    {"an edge in common", floor_square, STANDING(SQUARE, 0, 0), false, false},
-    {"an edge in common, triangles", floor_triangle, STANDING(TRIANGLE, 0, 0), false, false},
-    {"past a blocker", floor_square, ABOVE(TRIANGLE, 0, 0), true, false},
-    {"past a blocker, quadrilaterals", floor_quad, ABOVE(QUAD, 1.1, 0.7), true, false},
-    {"rays", floor_square, ABOVE(SQUARE, 0, 0), true, true},
+    {"apart", FLOOR(SQUARE, 0, 0), ABOVE(SQUARE, 0, 0), false, false},
+    {"apart, triangle and quadrilateral", FLOOR(TRIANGLE, 0, 0), ABOVE(QUAD, 1.1, 0.7), false, false},
+    {"near", FLOOR(SQUARE, 0, 0), TILTED(TRIANGLE, 0, 0), false, false},
+    {"near, quadrilaterals", FLOOR(QUAD, 0.8, 1.2), TILTED(QUAD, 0.9, 1.3), false, false},
+    {"an edge in common", FLOOR(SQUARE, 0, 0), STANDING(SQUARE, 0, 0), false, false},
+    {"an edge in common, triangles", FLOOR(TRIANGLE, 0, 0), STANDING(TRIANGLE, 0, 0), false, false},
+    {"past a blocker", FLOOR(SQUARE, 0, 0), ABOVE(TRIANGLE, 0, 0), true, false},
+    {"past a blocker, quadrilaterals", FLOOR(QUAD, 0.8, 1.2), ABOVE(QUAD, 1.1, 0.7), true, false},
+    {"rays", FLOOR(SQUARE, 0, 0), ABOVE(SQUARE, 0, 0), true, true},
 };
 
 static hpr_element_frame frame_of_side(const side *of, int degree, double *recurrence)

@@ -1,4 +1,4 @@
-#include "app/memory_peak.h"
+#include "base/memory_peak.h"
 
 #include <malloc.h>
 #include <math.h>

@@ -152,7 +152,7 @@ static hpr_status look_around(look *l, const hpr_elements *elements)
         status = look_at_all(l);
     } else {
         look_at_some(l);
-        if (hpr_links_afford(l->visibility, elements) != HPR_OK) {
+        if (hpr_links_afford(l->visibility, elements, 0) != HPR_OK) {
             hpr_context_clear_error(ctx);
             l->plan->least_bytes = hpr_links_predict(l->visibility, elements);
         }

@@ -119,16 +119,19 @@ int hpr_visible_pyramid(const hpr_convex *blocker, hpr_side *sides)
     return count;
 }
 
+static bool inside(hpr_vec3 corner, const hpr_side *s)
+{
+    return hpr_dot(s->normal, corner) > s->rounding * (fabs(corner.x) + fabs(corner.y) + fabs(corner.z));
+}
+
 /* No corner is inside some plane: the pyramid leaves the piece alone. */
 static bool apart(const hpr_convex *piece, const hpr_side *sides, int side_count)
 {
     for (int k = 0; k < side_count; k++) {
-        double height[HPR_VISIBLE_CORNERS];
-        bool inside = false;
-        side_heights(piece, &sides[k], height);
-        for (int i = 0; i < piece->count && !inside; i++)
-            inside = height[i] > 0;
-        if (!inside)
+        int i = 0;
+        while (i < piece->count && !inside(piece->corner[i], &sides[k]))
+            i++;
+        if (i == piece->count)
             return true;
     }
     return side_count == 0;

@@ -18,9 +18,8 @@ static corners corners_of(const hpr_element_frame *frame)
 static bool may_be_turned(const hpr_element_frame *frame)
 {
     static const double slender = 1e4; /* beside it even a plane of double precision loses digits */
-    double longest = fmax(hpr_length(frame->edge1), hpr_length(frame->edge2));
     return frame->degree == 0 && frame->shape != HPR_SHAPE_QUADRILATERAL &&
-           longest > slender * (frame->area_m2 / longest);
+           hpr_frame_slenderness(frame) > slender;
 }
 
 /* Index of the corner nearest to one of the others'. */

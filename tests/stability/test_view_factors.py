@@ -89,7 +89,21 @@ PLATES = (
      (1.4430875190286605, 0.8159636973501978, 1.2654392418857194),
      (-2.0020802330927867, -1.9675662098582376, -0.50965370400275711),
      (-2.4254770336571712, -2.3036021761384382, -0.71038813338145779)))
-ROUNDING = 1e-14  # of a factor that is 1 but for the 1e-11 by which the plates are apart; seen: 2.3e-16
+# The same without the sheet, which is so thin a part of the view that it does not count.
+OPEN_PLATES = .9999999999351491
+ROUNDING = 1e-13  # seen: 2e-14
+
+# Two facets on one line in planes that agree to 2e-5, the line known to 1e-8 of their size: tolerance, F_12 by
+# Gauss over the first of Lambert's formula in 50 digits, which converges to 1e-8.
+VAGUE = (
+    ((0.001075639758560984, 0.001074496730340037, 0.0010758111790399277),
+     (0.0010751209490722636, 0.0010751811391404868, 0.0010757273200031655),
+     (0.0010756507863748817, 0.0010745758077578681, 0.0010750456571429843)),
+    ((0.0010749418568576368, 0.0010754173959755058, 0.0010756983719963599),
+     (0.0010758622441514234, 0.0010742032293548376, 0.0010758471410408422),
+     (0.0010756376915721645, 0.0010744819222787009, 0.0010759545147035188),
+     (0.0010752165321493887, 0.0010750375119924728, 0.001075886439573273)))
+VAGUE_FACTOR, VAGUE_BOUND = 2.0942e-11, 1e-6
 
 # name, two polygons, degree, K_k0
 MOMENTS = [
@@ -99,6 +113,16 @@ MOMENTS = [
     ("scalene triangles, 60 degrees, degree 2", SCALENE, ((1.25, 0, 0), (0, 0, 0), (.25, *turned(60, 1.5))), 2,
      [0.339040295275426328, -0.017434160540197036, -0.057597269066725499, -0.0165197380123466316,
       -0.0111057815058950737, 0.00231504860857748896]),
+    # These by product Gauss and, the vertex, by Sauter & Schwab's rule in 80-bit arithmetic, 18 and 16 digits.
+    ("parallelograms in general position, degree 2", SQUARE,
+     ((.25, .5, .75), (.5, 1.5, 1), (1.5, 1.625, 1.25), (1.25, .625, 1)), 2,
+     [.12713673172858727462, .044184668794711570415, -.003691568343408252155, .028170222564969004039,
+      .011183734084036590885, -.00018166992029988107995, -.0088384119496738929275, -.0034533783232503176303,
+      .00059746343228753439603]),
+    ("triangles sharing a vertex, degree 2", ((0, 0, 0), (1, 0, 0), (.25, 1, 0)),
+     ((0, 0, 0), (-.25, 1, 1), (1, -.25, 1)), 2,
+     [.20310792170504003036, -.044772218962702843306, -.017966118787818753962, -.00025516479262537524759,
+      .0097882947405543737477, -.018102916081038379692]),
 ]
 
 
@@ -145,8 +169,13 @@ def main():
             say(f"{name}, the other way round", back[:count], column, column[0])
         write_model(path, *PLATES)
         factors = matrix(command, tol="1e-4")
-        wrong = [f"F = {f!r}" for f in factors if not 0 <= f <= 1 + ROUNDING]
-        check(f"plates 1e-11 apart, a sheet through both: F = {factors[1]!r}", wrong)
+        off = factors[1] - OPEN_PLATES
+        wrong = [f"F = {f!r}" for f in factors if not 0 <= f <= 1]
+        check(f"plates 1e-11 apart, a sheet through both: off by {off:.1e}",
+              wrong + ([f"off by {off:.1e}"] if abs(off) > ROUNDING else []))
+        write_model(path, *VAGUE)
+        off = matrix(command, tol="1e-4")[1] / VAGUE_FACTOR - 1
+        check(f"nearly one plane, hardly touching: off by {off:.1e}", [] if abs(off) < VAGUE_BOUND else [off])
     return done()
 
 

@@ -20,13 +20,15 @@ static bool wants(const element *e, int axis)
 }
 
 /* With (p+1)^2 functions more, halving gains 2^-2(p+1) of the square where H is smooth and little where not,
- * the next degree gains q^2 with 2p+3. */
+ * the next degree gains q^2 with 2p+3. Halving along both axes takes as many functions as doubling p+1, which
+ * gains q^2(p+1): more, if q < 1/2. Of middle degrees q is still that much too small where H is singular. */
 static bool is_smooth(const element *e, int axis)
 {
-    enum { FEW = 4 }; /* bands tell little, and halving along both axes costs thrice as much */
+    enum { FEW = 4 /* bands, that tell little */, MANY = 6 };
     static const double smooth = 0.25, smooth_of_few = 0.5;
     bool both = e->shape != HPR_SHAPE_PARALLELOGRAM || (wants(e, 0) && wants(e, 1));
-    return e->indicator->ratio[axis] < (both && e->degree < FEW ? smooth_of_few : smooth);
+    return e->indicator->ratio[axis] <
+           (both && (e->degree < FEW || e->degree >= MANY) ? smooth_of_few : smooth);
 }
 
 /* In coefficients: near blocks past obstacles cost about as much whatever their degree. */

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Asks for tolerances and measures what comes: coefficients, true and estimated error, CPU seconds.
 
-    measure_tolerance.py HPRAD SCENE.gltf... [--tol 1e-1,1e-2,1e-3] [--truth 1e-4] [--variants plain,turned,scaled,shifted]
+    measure_tolerance.py HPRAD SCENE.gltf... [--tol 1e-1,1e-2,1e-3] [--truth 1e-4]
+                         [--variants plain,turned,scaled,shifted,rho0.5,rho0.9]
 
 True errors are against a solution of --truth (as of `hprad study`). A run is good if the estimate is 0.7 to 10 times
 the true error and that lies between a thirtieth of the tolerance and the tolerance. Exit code 1 if one is not."""
@@ -15,7 +16,8 @@ import tempfile
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 import vary_scene
 
-VARIANTS = {"plain": {}, "turned": {"degrees": 37}, "scaled": {"scale": 1000}, "shifted": {"shift": 1}}
+VARIANTS = {"plain": {}, "turned": {"degrees": 37}, "scaled": {"scale": 1000}, "shifted": {"shift": 1},
+            "rho0.5": {"reflectance": .5}, "rho0.9": {"reflectance": .9}}
 
 
 def measure(command, scene, tolerances, truth, folder):

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """Writes a glTF scene that is the same problem in another guise, or with other lamps.
 
-    vary_scene.py IN.gltf OUT.gltf [--turn DEGREES] [--scale FACTOR] [--shift N]
+    vary_scene.py IN.gltf OUT.gltf [--turn DEGREES] [--scale FACTOR] [--shift N] [--reflectance R]
 
 --turn: everything turned about the axis (1, 2, 3), so that no edge lies along an axis; --scale: all emission times
-FACTOR; --shift: the emission of each material goes to the N-th after it. Buffers stay where they are. Python 3
-standard library only."""
+FACTOR; --shift: the emission of each material goes to the N-th after it; --reflectance: of all surfaces that reflect.
+Buffers stay where they are. Python 3 standard library only."""
 import argparse
 import json
 import math
@@ -39,7 +39,14 @@ def emit(gltf, material, radiance):
         del material["extensions"]
 
 
-def vary(source, target, degrees=0, scale=1, shift=0):
+def reflect(material, reflectance):
+    pbr = material.setdefault("pbrMetallicRoughness", {})
+    colour = pbr.get("baseColorFactor", [1, 1, 1, 1])
+    if max(colour[:3]) > 0:
+        pbr["baseColorFactor"] = [*[reflectance] * 3, colour[3]]
+
+
+def vary(source, target, degrees=0, scale=1, shift=0, reflectance=0):
     with open(source, encoding="utf-8") as file:
         gltf = json.load(file)
     folder = os.path.dirname(os.path.abspath(source))
@@ -49,6 +56,8 @@ def vary(source, target, degrees=0, scale=1, shift=0):
     radiance = [emission(m) for m in gltf["materials"]]
     for i, material in enumerate(gltf["materials"]):
         emit(gltf, material, [scale * x for x in radiance[(i - shift) % len(radiance)]])
+    for material in gltf["materials"] if reflectance else ():
+        reflect(material, reflectance)
     if degrees:
         turn(gltf, degrees)
     with open(target, "w", encoding="utf-8") as file:
@@ -62,8 +71,9 @@ def main():
     parser.add_argument("--turn", type=float, default=0)
     parser.add_argument("--scale", type=float, default=1)
     parser.add_argument("--shift", type=int, default=0)
+    parser.add_argument("--reflectance", type=float, default=0)
     a = parser.parse_args()
-    vary(a.source, a.target, a.turn, a.scale, a.shift)
+    vary(a.source, a.target, a.turn, a.scale, a.shift, a.reflectance)
 
 
 if __name__ == "__main__":

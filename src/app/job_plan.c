@@ -1,8 +1,8 @@
 /* Scene file -> what it calls for, and what that will cost. */
 #include "app/job.h"
-#include "base/memory_peak.h"
 #include "app/plan_predict.h"
 #include "app/plan_trial.h"
+#include "base/memory_peak.h"
 #include "io/plan_report.h"
 
 #include <hprad/plan.h>

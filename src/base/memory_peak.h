@@ -1,5 +1,5 @@
-/* The most memory that the process has had in use (Linux, proc(5)). getrusage would tell that of the process that
-   called exec, if that was larger. */
+/* The most memory that the process has had in use (Linux, proc(5)). getrusage would tell that of the process
+   that called exec, if that was larger. */
 #ifndef HPR_BASE_MEMORY_PEAK_H
 #define HPR_BASE_MEMORY_PEAK_H
 

@@ -79,7 +79,8 @@ typedef struct hpr_solve_options {
         tolerance; /**< relative error of H in L2 that elements are refined for; 0: they stay as they are */
     hpr_refine_mode refine;
     double max_seconds, max_bytes; /**< with a tolerance: of time, and of blocks; no step is begun that would
-                                        probably exceed them. 0: no limit */
+                                        probably exceed them. 0: no limit. Without one: beyond max_bytes for
+                                        blocks a solve is refused; 0: half of the machine's memory */
     double link_tolerance;         /**< of the operator's norm, for what links leave out; 0: chosen */
     double block_tolerance;        /**< relative, per block; 0: chosen, see hpr_solve_summary */
     hpr_solver_method solver;

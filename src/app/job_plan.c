@@ -4,6 +4,7 @@
 #include "app/plan_trial.h"
 #include "base/memory_peak.h"
 #include "io/plan_report.h"
+#include "link/afford.h"
 
 #include <hprad/plan.h>
 #include <math.h>
@@ -79,7 +80,7 @@ static hpr_status predict(planning *p)
         if (status == HPR_OK)
             status = hpr_plan_predict(begun, p->plan, &p->outlook, solve->tolerance, &solve->predicted);
         solve->too_large =
-            solve->predicted.memory_bytes > 0.9 * hpr_machine_bytes() || (i == 0 && p->plan->least_bytes > 0);
+            solve->predicted.memory_bytes > hpr_links_most_bytes(0) || (i == 0 && p->plan->least_bytes > 0);
         hpr_solution_destroy(&begun);
     }
     return status;
@@ -124,7 +125,7 @@ static hpr_status measure(planning *p)
     static const double default_s = 60;
     const hpr_solve_options *asked = &p->options->solve;
     double max_s = asked->max_seconds > 0 ? asked->max_seconds : default_s;
-    double max_bytes = asked->max_bytes > 0 ? asked->max_bytes : 0.5 * hpr_machine_bytes();
+    double max_bytes = hpr_links_most_bytes(asked->max_bytes);
     hpr_status status = HPR_OK;
     for (size_t i = 0; status == HPR_OK && i < p->plan->solve_count; i++) {
         hpr_plan_solve *solve = &p->plan->solve[i];

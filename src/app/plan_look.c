@@ -14,7 +14,7 @@ typedef struct look {
     bool *reflects; /* [patches] */
     uint32_t *blocker;
     hpr_plan *plan;
-    bool interreflects;
+    bool lit, interreflects;
     double gap;
 } look;
 
@@ -152,7 +152,7 @@ static hpr_status look_around(look *l, const hpr_elements *elements)
         status = look_at_all(l);
     } else {
         look_at_some(l);
-        if (hpr_links_afford(l->visibility, elements) != HPR_OK) {
+        if (l->lit && hpr_links_afford(l->visibility, elements, 0) != HPR_OK) {
             hpr_context_clear_error(ctx);
             l->plan->least_bytes = hpr_links_predict(l->visibility, elements);
         }
@@ -182,7 +182,11 @@ hpr_status hpr_plan_look(const hpr_solution *solution, hpr_plan *plan, hpr_effec
     hpr_visibility *visibility = NULL;
     hpr_context *ctx = solution->context;
     hpr_status status = hpr_visibility_create(solution->patches, &visibility);
-    look l = {.patches = solution->patches, .visibility = visibility, .plan = plan, .gap = INFINITY};
+    look l = {.patches = solution->patches,
+              .visibility = visibility,
+              .plan = plan,
+              .gap = INFINITY,
+              .lit = facts->lit};
     if (status == HPR_OK)
         status = look_around(&l, solution->elements);
     if (status == HPR_OK) {

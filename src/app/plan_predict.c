@@ -5,7 +5,8 @@
 
 #include <math.h>
 
-static const double megabyte = 1e6, program_mb = 20;
+/* Of the program and of each patch: read, kept, written. */
+static const double megabyte = 1e6, program_mb = 20, patch_mb = 0.003, patch_s = 3e-5;
 
 typedef struct load {
     double links, block_mb, partly; /* of the links the part that see partly */
@@ -30,14 +31,15 @@ static hpr_status count_links(const hpr_solution *solution, const hpr_solve_opti
     return status;
 }
 
-/* One link for every pair of leaves of patches that see each other. */
+/* One link for every pair of leaves of patches that see each other; it takes 40 bytes beside its block. */
 static load guess_links(const hpr_solution *solution, const hpr_plan *plan)
 {
     double n = (double)plan->patch_count, seen = plan->pairs_visible + plan->pairs_partial;
     double leaves = (double)solution->summary.element_count / n,
            dofs = (double)solution->summary.dof_count / n;
     return (load){.links = seen * leaves * leaves,
-                  .block_mb = (seen * dofs * dofs * sizeof(double) + n * n) / megabyte,
+                  .block_mb =
+                      (seen * (dofs * dofs * sizeof(double) + leaves * leaves * 40) + n * n) / megabyte,
                   .partly = seen > 0 ? plan->pairs_partial / seen : 0};
 }
 
@@ -92,13 +94,15 @@ hpr_status hpr_plan_predict(const hpr_solution *begun, const hpr_plan *plan, con
     *cost = (hpr_plan_cost){.elements = (double)begun->summary.element_count * pieces,
                             .dofs = (double)begun->summary.dof_count * g,
                             .links = first.links * pow(pieces, 1.5)};
+    double patches = (double)plan->patch_count, base_mb = program_mb + patch_mb * patches;
     if (tolerance > 0) {
-        cost->memory_bytes = megabyte * (program_mb + 3 * mb);
+        cost->memory_bytes = megabyte * (base_mb + 3 * mb);
         cost->cpu_s = isnan(outlook->trial_error) ? 0.1 + (plan->pairs_partial > 0 ? 0.3 : 0.12) * mb
                                                   : adaptive_seconds(plan, outlook, tolerance, g);
     } else {
-        cost->memory_bytes = megabyte * (program_mb + 1.05 * mb);
+        cost->memory_bytes = megabyte * (base_mb + 1.05 * mb);
         cost->cpu_s = outlook->slowness * (0.17 + (0.065 + 0.145 * first.partly) * mb);
     }
+    cost->cpu_s += patch_s * patches;
     return status;
 }

@@ -1,6 +1,7 @@
 /* Constant radiosity: a scene solved by a full matrix of form factors between its elements. */
 #include "baseline/factors.h"
 #include "baseline/matrix.h"
+#include "link/afford.h"
 #include "solver/solution.h"
 
 #include <math.h>
@@ -70,12 +71,12 @@ static hpr_status check_memory(const run *r)
     size_t count = r->solution->elements->leaf_count;
     double copies = r->problem.method == HPR_SOLVER_DIRECT ? 2 : 1;
     double needed = copies * (double)count * (double)count * sizeof(double);
-    double machine = hpr_machine_bytes();
-    if (needed > 0.9 * machine)
+    double most = hpr_links_most_bytes(r->solution->summary.options.max_bytes);
+    if (needed > most)
         return hpr_fail(r->solution->context, HPR_ERR_MEMORY,
-                        "the full matrix of %zu elements needs %.3g GB, this machine has %.3g GB: take a "
-                        "lower --subdivide",
-                        count, 1e-9 * needed, 1e-9 * machine);
+                        "the full matrix of %zu elements needs %.3g GB, more than %.3g GB (--max-memory): "
+                        "take a lower --subdivide",
+                        count, 1e-9 * needed, 1e-9 * most);
     return HPR_OK;
 }
 

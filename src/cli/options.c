@@ -41,7 +41,10 @@ const struct poptOption cli_solve_options[] = {
     {"max-time", 0, POPT_ARG_STRING, NULL, CLI_OPTION_MAX_TIME,
      "with --tol: begin no refinement that would probably end later than S seconds after the first", "S"},
     {"max-memory", 0, POPT_ARG_STRING, NULL, CLI_OPTION_MAX_MEMORY,
-     "with --tol: begin no refinement whose kernel blocks would probably take more, as 500M or 4G", "BYTES"},
+     "refuse what needs more for kernel blocks, as 500M or 4G (default half of the machine's memory); with "
+     "--tol: "
+     "begin no refinement that would probably need more",
+     "BYTES"},
     {"direct", 0, POPT_ARG_STRING, NULL, CLI_OPTION_DIRECT,
      "direct light: evaluated at every point, or through the basis (default exact)", "exact|galerkin"},
     {"environment", 0, POPT_ARG_STRING, NULL, CLI_OPTION_ENVIRONMENT,
@@ -231,7 +234,6 @@ bool cli_check_solve(const cli_solve_settings *settings)
     bool adapts = solve->tolerance > 0;
     return cli_only_with("--refine", settings->refine_given, adapts, "--tol") &&
            cli_only_with("--max-time", solve->max_seconds > 0, adapts, "--tol") &&
-           cli_only_with("--max-memory", solve->max_bytes > 0, adapts, "--tol") &&
            cli_only_with("--tol", adapts, solve->method == HPR_METHOD_GALERKIN, "--method galerkin");
 }
 

@@ -103,7 +103,8 @@ static void print_plan(const hpr_plan *plan, int measure)
     print_effects(plan);
     print_solves(plan, measure);
     if (plan->least_bytes > 0)
-        printf("too large: the operator of the first takes at least %.3g GB; 'hprad solve' refuses it\n",
+        printf("too large: the operator of the first takes at least %.3g GB; 'hprad solve' refuses it "
+               "without --max-memory\n",
                1e-9 * plan->least_bytes);
 }
 

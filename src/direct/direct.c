@@ -277,6 +277,7 @@ static double seen_fraction(const hpr_direct *direct, const sight *it, size_t k,
     if (hpr_dot(light_normal, hpr_sub(x, light->corner[0])) <= 0)
         return 0; /* behind the emitter */
     hpr_visible visible;
+    visible.hidden = NULL;
     hpr_visible_part(x, light, light_normal, hpr_visibility_outlines(direct->visibility),
                      direct->blocker + it->first, (int)it->count, &visible);
     return hpr_visible_fraction(normal, &visible);

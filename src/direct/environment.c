@@ -204,6 +204,7 @@ static bool clip_cone(view *v, const cone *it, const uint16_t *listed, int count
 {
     v->visible.count = 1;
     v->visible.whole = true;
+    v->visible.hidden = NULL;
     v->visible.piece[0].count = 3;
     memcpy(v->visible.piece[0].corner, it->corner, sizeof it->corner);
     for (int i = 0; i < count && v->visible.count > 0; i++) {

@@ -64,13 +64,33 @@ static void cut_between(hpr_vec3 normal, double height, hpr_convex *blocker)
     }
 }
 
+/* How often a line with these heights meets the outline of a polygon. */
+static int meetings(const double *height, int count)
+{
+    int met = 0;
+    for (int i = 0; i < count; i++)
+        met += height[i] == 0 || height[i] * height[i + 1 < count ? i + 1 : 0] < 0;
+    return met;
+}
+
+/* A line meets a convex outline twice at most. Heights that tell of more are noise, of a plane that goes
+ * through two corners which are all but one: such a plane cuts nothing. */
 static void side_heights(const hpr_convex *piece, const hpr_side *s, double *height)
 {
+    int most = 0;
+    bool on_line = false;
     for (int i = 0; i < piece->count; i++) {
         height[i] = hpr_dot(s->normal, piece->corner[i]);
+        most = fabs(height[i]) > fabs(height[most]) ? i : most;
         hpr_vec3 x = piece->corner[i];
-        if (fabs(height[i]) <= s->rounding * (fabs(x.x) + fabs(x.y) + fabs(x.z)))
+        if (fabs(height[i]) <= s->rounding * (fabs(x.x) + fabs(x.y) + fabs(x.z))) {
             height[i] = 0;
+            on_line = true;
+        }
+    }
+    if (on_line && meetings(height, piece->count) > 2) {
+        for (int i = 0; i < piece->count; i++)
+            height[i] = height[most];
     }
 }
 
@@ -99,16 +119,19 @@ int hpr_visible_pyramid(const hpr_convex *blocker, hpr_side *sides)
     return count;
 }
 
+static bool inside(hpr_vec3 corner, const hpr_side *s)
+{
+    return hpr_dot(s->normal, corner) > s->rounding * (fabs(corner.x) + fabs(corner.y) + fabs(corner.z));
+}
+
 /* No corner is inside some plane: the pyramid leaves the piece alone. */
 static bool apart(const hpr_convex *piece, const hpr_side *sides, int side_count)
 {
     for (int k = 0; k < side_count; k++) {
-        double height[HPR_VISIBLE_CORNERS];
-        bool inside = false;
-        side_heights(piece, &sides[k], height);
-        for (int i = 0; i < piece->count && !inside; i++)
-            inside = height[i] > 0;
-        if (!inside)
+        int i = 0;
+        while (i < piece->count && !inside(piece->corner[i], &sides[k]))
+            i++;
+        if (i == piece->count)
             return true;
     }
     return side_count == 0;
@@ -171,6 +194,10 @@ bool hpr_visible_subtract(hpr_visible *visible, const hpr_side *sides, int side_
             continue;
         }
         visible->whole = false;
+        if (visible->hidden && visible->hidden->count < HPR_VISIBLE_PIECES)
+            copy(&visible->hidden->piece[visible->hidden->count++], rest);
+        else
+            complete &= !visible->hidden;
         if (i != --visible->count)
             copy(&visible->piece[i], &visible->piece[visible->count]);
         for (int k = 0; k < outside_count; k++)
@@ -184,6 +211,8 @@ bool hpr_visible_part(hpr_vec3 point, const hpr_convex *sender, hpr_vec3 normal,
 {
     visible->count = 1;
     visible->whole = true;
+    if (visible->hidden)
+        visible->hidden->count = 0;
     visible->piece[0].count = sender->count;
     for (int i = 0; i < sender->count; i++)
         visible->piece[0].corner[i] = hpr_sub(sender->corner[i], point);

@@ -15,7 +15,8 @@ enum { HPR_VISIBLE_CORNERS = HPR_CONVEX_CORNERS, HPR_VISIBLE_PIECES = 64 };
 
 typedef struct hpr_visible {
     int count;
-    bool whole; /* nothing was cut out */
+    bool whole;                 /* nothing was cut out */
+    struct hpr_visible *hidden; /* gets what is cut out, all at once or in pieces; NULL: nobody asks */
     hpr_convex piece[HPR_VISIBLE_PIECES];
 } hpr_visible;
 
@@ -24,7 +25,7 @@ typedef struct hpr_visible {
  * corners are given relative to the point. normal: the sender's, length 1. A blocker counts where it is
  * between the point and the sender's plane. False if there were too many pieces; then the rest of the
  * blockers is left out. Blockers that touch the point's line of sight only at their outline change nothing.
- * Never allocates; thread-safe.
+ * visible->hidden is the caller's. Never allocates; thread-safe.
  */
 bool hpr_visible_part(hpr_vec3 point, const hpr_convex *sender, hpr_vec3 normal, const hpr_convex *outline,
                       const uint32_t *blocker, int blocker_count, hpr_visible *visible);

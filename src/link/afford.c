@@ -53,21 +53,26 @@ double hpr_links_predict(const hpr_visibility *visibility, const hpr_elements *e
     return pairs + expected.links * bytes_per_link + expected.blocks * sizeof(double);
 }
 
-hpr_status hpr_links_afford(const hpr_visibility *visibility, const hpr_elements *elements)
+double hpr_links_most_bytes(double asked)
+{
+    return asked > 0 ? asked : 0.5 * hpr_machine_bytes();
+}
+
+hpr_status hpr_links_afford(const hpr_visibility *visibility, const hpr_elements *elements, double asked)
 {
     enum { FEW_PATCHES = 2000 }; /* classified in a moment, and then the size is known */
     const hpr_patches *patches = hpr_visibility_patches(visibility);
     if (patches->count <= FEW_PATCHES)
         return HPR_OK;
-    double machine = hpr_machine_bytes();
+    double most = hpr_links_most_bytes(asked);
     double needed = hpr_links_predict(visibility, elements);
     size_t dofs = elements->dof[elements->leaf_count];
-    if (needed > 0.9 * machine)
+    if (needed > most)
         return hpr_fail(
             patches->context, HPR_ERR_MEMORY,
-            "%zu patches with %zu coefficients need about %.3g GB for the blocks between them, this "
-            "machine has %.3g GB: take %s",
-            patches->count, dofs, 1e-9 * needed, 1e-9 * machine,
+            "%zu patches with %zu coefficients need about %.3g GB for the blocks between them, more "
+            "than %.3g GB (--max-memory): take %s",
+            patches->count, dofs, 1e-9 * needed, 1e-9 * most,
             dofs > patches->count ? "a lower --subdivide or --order" : "a simpler scene");
     return HPR_OK;
 }

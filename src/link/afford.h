@@ -13,11 +13,14 @@
  */
 double hpr_links_predict(const hpr_visibility *visibility, const hpr_elements *elements);
 
+/* What kernel blocks may take: `asked` bytes; 0: half of the machine's memory, for they are not all of it. */
+double hpr_links_most_bytes(double asked);
+
 /*
- * Refuses a scene of more than 2000 patches for which that is more than the machine has. What passes may
- * still be refused when the links are counted. Errors: HPR_ERR_MEMORY; the message says how much is needed
- * and what helps.
+ * Refuses a scene of more than 2000 patches for which that is more than hpr_links_most_bytes(asked). What
+ * passes may still be refused when the links are counted. Errors: HPR_ERR_MEMORY; the message says how much
+ * is needed and what helps.
  */
-hpr_status hpr_links_afford(const hpr_visibility *visibility, const hpr_elements *elements);
+hpr_status hpr_links_afford(const hpr_visibility *visibility, const hpr_elements *elements, double asked);
 
 #endif

@@ -62,16 +62,16 @@ static void place_blocks(assembly *a)
         links->row[i + 1] += links->row[i];
 }
 
-static hpr_status check_memory(assembly *a)
+static hpr_status check_memory(assembly *a, double asked)
 {
-    double machine = hpr_machine_bytes();
+    double most = hpr_links_most_bytes(asked);
     double needed = (double)a->links->block_count * sizeof(double);
-    if (needed > 0.9 * machine)
+    if (needed > most)
         return hpr_fail(
             a->context, HPR_ERR_MEMORY,
-            "%zu coefficients need %.3g GB for kernel blocks, this machine has %.3g GB: lower --subdivide "
-            "or --order",
-            a->elements->dof[a->elements->leaf_count], 1e-9 * needed, 1e-9 * machine);
+            "%zu coefficients need %.3g GB for kernel blocks, more than %.3g GB (--max-memory): lower "
+            "--subdivide or --order",
+            a->elements->dof[a->elements->leaf_count], 1e-9 * needed, 1e-9 * most);
     return HPR_OK;
 }
 
@@ -183,7 +183,7 @@ static hpr_status make_links(assembly *a, const hpr_links_demand *demand)
     place_blocks(a);
     if (demand->counted)
         return HPR_OK;
-    status = check_memory(a);
+    status = check_memory(a, demand->most_bytes);
     if (status == HPR_OK)
         status = index_rows(a);
     if (status == HPR_OK)
@@ -537,15 +537,15 @@ static void close_workers(assembly *a)
     hpr_release(a->context, a->workers);
 }
 
-static hpr_status prepare(assembly *a, const bool *sends)
+static hpr_status prepare(assembly *a, const hpr_links_demand *demand)
 {
     for (size_t i = 0; i < a->patches->count; i++)
         a->links->area_m2 += a->patches->area_m2[i];
     hpr_status status = hpr_visibility_create(a->patches, &a->visibility);
     if (status == HPR_OK)
-        status = hpr_links_afford(a->visibility, a->elements);
+        status = hpr_links_afford(a->visibility, a->elements, demand->most_bytes);
     if (status == HPR_OK)
-        status = hpr_views_create(a->visibility, sends, &a->views);
+        status = hpr_views_create(a->visibility, demand->sends, &a->views);
     if (status == HPR_OK)
         status = hpr_quadrature_create(a->context, &a->quadrature);
     if (status == HPR_OK)
@@ -568,7 +568,7 @@ hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *
     if (status != HPR_OK)
         return status;
     a.links->context = ctx;
-    status = prepare(&a, demand->sends);
+    status = prepare(&a, demand);
     if (status == HPR_OK)
         status = make_links(&a, demand);
     if (status == HPR_OK && !demand->counted) {

@@ -56,10 +56,11 @@ typedef struct hpr_links_demand {
     double blocked_tolerance; /* of those that something obstructs; 0: like the others */
     const hpr_links *known;   /* the links of these trees before some leaves were refined, with the same
                                  tolerances; their blocks are taken over where they still serve. NULL: none */
-    const hpr_block_keeper
-        *keeper;       /* gets the blocks that no product Gauss gives, and is asked for them; NULL: none */
+    /* gets the blocks that no product Gauss gives, and is asked for them; NULL: none */
+    const hpr_block_keeper *keeper;
     bool constant;     /* links carry constants only, on all levels */
     bool counted;      /* find the links, integrate nothing: block and row_link stay NULL */
+    double most_bytes; /* of blocks; beyond it is refused. 0: chosen (link/afford.h) */
     const bool *sends; /* [patches] does it reflect or emit? Pairs of which none does have no link. */
 } hpr_links_demand;
 
@@ -69,7 +70,7 @@ typedef struct hpr_links_demand {
  * link_tolerance. Links between leaves are exact. block_tolerance 0: 1e-13 if no pair of patches may be
  * blocked, else what hpr_blocked_plan chooses; pairs that see each other partly are clipped or sampled
  * (hpr_blocked_decide). Same bits for any thread count. Errors: HPR_ERR_MEMORY (also when the blocks would
- * exceed the machine's memory), HPR_ERR_DEVICE, HPR_ERR_INTERRUPTED.
+ * exceed most_bytes), HPR_ERR_DEVICE, HPR_ERR_INTERRUPTED.
  */
 hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *elements,
                               const hpr_links_demand *demand, hpr_links **links);

@@ -3,7 +3,8 @@
  * is pulled up from the leaves below it, and what it receives is pushed down to them. Inner nodes have a
  * degree of their own, which may be higher than that of the leaves. A small node can also be linked by the
  * coefficients of all its leaves at once, so that near elements need not go one by one; for that it keeps a
- * copy of them behind its own coefficients.
+ * copy of them behind its own coefficients. Every patch has a tree of its own, so all pairs of patches are
+ * looked at; a hierarchy above patches, for scenes of many small ones, would put nodes over these roots.
  * Source: Hanrahan, Salzman & Aupperle 1991; Gortler, Schroeder, Cohen & Hanrahan 1993.
  */
 #ifndef HPR_LINK_TREE_H

@@ -1,5 +1,5 @@
 /* From a scene's faces to patches: weld, merge, drop what has no area or was there before. */
-#include "math/vec3.h"
+#include "math/twofold.h"
 #include "patch/overlap.h"
 #include "patch/paint.h"
 #include "patch/weld.h"
@@ -395,8 +395,8 @@ static void set_geometry(const builder *b, const facet *f, size_t i, int side)
         edge1 = edge2;
         edge2 = swap;
     }
-    hpr_vec3 cross = hpr_cross(edge1, edge2);
-    double length = hpr_length(cross);
+    hpr_vec3 normal;
+    double length = hpr_cross_exactly(edge1, edge2, &normal);
     patches->shape[i] = (uint8_t)shape;
     patches->side[i] = (uint8_t)side;
     patches->twin[i] = HPR_NONE;
@@ -404,7 +404,7 @@ static void set_geometry(const builder *b, const facet *f, size_t i, int side)
     hpr_vec3_store(patches->origin + 3 * i, origin);
     hpr_vec3_store(patches->edge1 + 3 * i, edge1);
     hpr_vec3_store(patches->edge2 + 3 * i, edge2);
-    hpr_vec3_store(patches->normal + 3 * i, hpr_scale(cross, 1 / length));
+    hpr_vec3_store(patches->normal + 3 * i, normal);
 }
 
 /* Facets by their welded corners, so that equal ones are neighbours, the earliest first. */

@@ -1,4 +1,5 @@
 /* From a model to rows: cut bases, triangulate, combine. */
+#include "math/twofold.h"
 #include "patch/carve.h"
 #include "patch/rows_build.h"
 
@@ -204,15 +205,15 @@ static hpr_status make_patches(builder *b)
     hpr_patches *patches = rows->patches;
     for (size_t i = 0; i < n; i++) {
         const shape *s = &b->shapes[i];
-        hpr_vec3 across = hpr_cross(s->edge1, s->edge2);
-        double length = hpr_length(across);
+        hpr_vec3 normal;
+        double length = hpr_cross_exactly(s->edge1, s->edge2, &normal);
         patches->shape[i] = (uint8_t)s->kind;
         patches->twin[i] = patches->node[i] = patches->primitive[i] = patches->material[i] = HPR_NONE;
         patches->area_m2[i] = s->kind == HPR_SHAPE_TRIANGLE ? length / 2 : length;
         hpr_vec3_store(patches->origin + 3 * i, s->origin);
         hpr_vec3_store(patches->edge1 + 3 * i, s->edge1);
         hpr_vec3_store(patches->edge2 + 3 * i, s->edge2);
-        hpr_vec3_store(patches->normal + 3 * i, hpr_scale(across, 1 / length));
+        hpr_vec3_store(patches->normal + 3 * i, normal);
         rows->patch_surface[i] = s->surface;
         bool sees = b->model->surface[s->surface].kind == HPR_SURFACE_RADIATES;
         rows->patch_row[i] = sees ? b->row[s->surface] : HPR_NONE;

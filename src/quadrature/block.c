@@ -5,8 +5,8 @@
 #include "quadrature/flat.h"
 #include "quadrature/homothety.h"
 #include "quadrature/parallel.h"
+#include "quadrature/rooted.h"
 
-#include <stddef.h>
 #include <string.h>
 
 hpr_status hpr_quadrature_create(hpr_context *ctx, hpr_quadrature **quadrature)
@@ -31,49 +31,55 @@ static size_t larger(size_t a, size_t b)
     return a > b ? a : b;
 }
 
-/* Where the scratch keeps an array that grows with the number of functions, and its size in doubles. */
-typedef struct room {
-    size_t member, size;
-} room;
+/* Arrays of the scratch that grow with the number of functions. */
+enum { ROOMS = 13 };
 
-#define ROOM(name, size)                                                                                     \
-    {                                                                                                        \
-        offsetof(hpr_block_scratch, name), size                                                              \
-    }
-
-hpr_status hpr_block_scratch_create_for(hpr_context *ctx, int degree, hpr_block_scratch **scratch)
+/* Of each in doubles; returns the sum. */
+static size_t measure_rooms(int degree, size_t size[ROOMS])
 {
     const size_t n = (size_t)(degree + 1) * (size_t)(degree + 1);
     const size_t relative = larger(hpr_parallel_scratch(degree), hpr_aligned_scratch(degree));
-    const room rooms[] = {
-        ROOM(moments.basis, n * HPR_TABLE_POINTS),
-        ROOM(outer_basis, n * HPR_ROWS),
-        ROOM(moment, n * HPR_ROWS),
-        ROOM(batch[0].moment, n * HPR_ROWS),
-        ROOM(batch[1].moment, n * HPR_ROWS),
-        ROOM(batch[0].sum, n * n),
-        ROOM(batch[1].sum, n * n),
-        ROOM(map[0].matrix, n * n),
-        ROOM(map[1].matrix, n * n),
-        ROOM(inside[0], n * n),
-        ROOM(inside[1], n * n),
-        ROOM(part, n * n),
-        ROOM(matrices, larger(3 * n * n, relative)),
-    };
-    const size_t count = sizeof rooms / sizeof *rooms;
-    size_t size = 0;
-    for (size_t i = 0; i < count; i++)
-        size += hpr_lanes_padded(rooms[i].size);
-    hpr_status status = hpr_allocate_aligned(ctx, scratch, sizeof **scratch + size * sizeof(double),
+    const size_t wanted[ROOMS] = {n * HPR_TABLE_POINTS,
+                                  n * HPR_ROWS,
+                                  n * HPR_ROWS,
+                                  n * HPR_ROWS,
+                                  n * HPR_ROWS,
+                                  n * n,
+                                  n * n,
+                                  n * n,
+                                  n * n,
+                                  n * n,
+                                  n * n,
+                                  n * n,
+                                  larger(3 * n * n, relative)};
+    size_t sum = 0;
+    for (int i = 0; i < ROOMS; i++)
+        sum += size[i] = hpr_lanes_padded(wanted[i]);
+    return sum;
+}
+
+static void share_room(hpr_block_scratch *s, const size_t size[ROOMS])
+{
+    double **const array[ROOMS] = {
+        &s->moments.basis, &s->outer_basis,  &s->moment,        &s->batch[0].moment, &s->batch[1].moment,
+        &s->batch[0].sum,  &s->batch[1].sum, &s->map[0].matrix, &s->map[1].matrix,   &s->inside[0],
+        &s->inside[1],     &s->part,         &s->matrices};
+    double *next = s->room;
+    for (int i = 0; i < ROOMS; i++) {
+        *array[i] = next;
+        next += size[i];
+    }
+}
+
+hpr_status hpr_block_scratch_create_for(hpr_context *ctx, int degree, hpr_block_scratch **scratch)
+{
+    size_t size[ROOMS], all = measure_rooms(degree, size);
+    hpr_status status = hpr_allocate_aligned(ctx, scratch, sizeof **scratch + all * sizeof(double),
                                              _Alignof(hpr_block_scratch), "quadrature scratch");
     if (status != HPR_OK)
         return status;
     hpr_block_scratch *s = *scratch;
-    double *next = s->room;
-    for (size_t i = 0; i < count; i++) {
-        memcpy((char *)s + rooms[i].member, &next, sizeof next);
-        next += hpr_lanes_padded(rooms[i].size);
-    }
+    share_room(s, size);
     s->context = ctx;
     s->isa = s->points.isa = s->choice.group.isa = hpr_context_isa_level(ctx);
     return HPR_OK;
@@ -312,9 +318,19 @@ static hpr_block_status status_of(const hpr_evaluation *e, const estimate *error
     return error->quadrature + error->rounding > allowed ? HPR_BLOCK_ROUNDED : HPR_BLOCK_WITHIN;
 }
 
-static hpr_block_result integrate(const hpr_evaluator *by, const hpr_quadrature *quadrature,
-                                  const hpr_block_task *task, double *block, hpr_block_scratch *scratch)
+/* Parts are in the parameters that the elements have. */
+static hpr_block_task rooted(const hpr_block_task *task)
 {
+    hpr_block_task own = *task;
+    if (!own.recv_part_count && !own.send_part_count)
+        hpr_frames_root(&own.recv, &own.send);
+    return own;
+}
+
+static hpr_block_result integrate(const hpr_evaluator *by, const hpr_quadrature *quadrature,
+                                  const hpr_block_task *given, double *block, hpr_block_scratch *scratch)
+{
+    const hpr_block_task own = rooted(given), *task = &own;
     hpr_block_result result = {0};
     hpr_pair pair;
     double scale = unit_scale(task);

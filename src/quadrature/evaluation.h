@@ -21,8 +21,8 @@ typedef struct hpr_row_batch {
     size_t count; /* outer points */
     bool used;    /* by this rule */
     double s[HPR_ROWS], t[HPR_ROWS];
-    double moment[HPR_MAX_BASIS * HPR_ROWS];           /* [inner][outer points] */
-    double sum[(size_t)HPR_MAX_BASIS * HPR_MAX_BASIS]; /* [inner][outer functions] */
+    double *moment; /* [inner][outer points], in `room` of the scratch */
+    double *sum;    /* [inner][outer functions], there too */
 } hpr_row_batch;
 
 struct hpr_block_scratch {

@@ -5,10 +5,10 @@
 #include "quadrature/pair.h"
 
 /*
- * Turns a pair whose sender hardly rises over the receiver's plane, so that that plane is z = 0; others are
- * left as they are, and so are those that count as coplanar, `contact` being how near points touch. Corners
- * of the sender that lie in the plane but for rounding are put into it. To be called before blockers or parts
- * are set.
+ * Turns a pair of which one hardly rises over the plane of the other, the base, so that that plane is z = 0;
+ * the base is the receiver, or a sender that is more slender. Others are left as they are, and so are those
+ * that count as coplanar, `contact` being how near points touch. Corners that lie in the plane but for
+ * rounding are put into it. To be called before blockers or parts are set.
  */
 void hpr_pair_flatten(hpr_pair *pair, double contact);
 

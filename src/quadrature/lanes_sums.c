@@ -347,120 +347,55 @@ HPR_LANES_BODY void line_body(const hpr_point_line *line, hpr_points *points, bo
     points->count += (int)line->count;
 }
 
-static void kernel_sse2(const hpr_points *from, size_t i, const hpr_points *to, double scale, double *kernel)
-{
-    kernel_body(from, i, to, scale, kernel, false);
-}
+/* The same six functions for each instruction set. */
+#define SUMS_ON(isa, target, fused)                                                                          \
+    target static void kernel_##isa(const hpr_points *from, size_t i, const hpr_points *to, double scale,    \
+                                    double *kernel)                                                          \
+    {                                                                                                        \
+        kernel_body(from, i, to, scale, kernel, fused);                                                      \
+    }                                                                                                        \
+                                                                                                             \
+    target static void moments_##isa(const hpr_products *products, size_t count, const double *s,            \
+                                     const double *t, const double *kernel, double *moment, size_t stride,   \
+                                     hpr_sums_scratch *scratch)                                              \
+    {                                                                                                        \
+        moments_body(products, count, s, t, kernel, moment, stride, scratch, fused);                         \
+    }                                                                                                        \
+                                                                                                             \
+    target static void grid_##isa(const hpr_points *outer, size_t first, const hpr_points *inner,            \
+                                  size_t start, double scale, size_t functions, const double *basis,         \
+                                  double *moment, hpr_sums_scratch *scratch)                                 \
+    {                                                                                                        \
+        grid_body(outer, first, inner, start, scale, functions, basis, moment, scratch, fused);              \
+    }                                                                                                        \
+                                                                                                             \
+    target static void rows_##isa(const hpr_row_product *product, double *to, size_t to_stride,              \
+                                  hpr_sums_scratch *scratch)                                                 \
+    {                                                                                                        \
+        rows_body(product, to, to_stride, scratch, fused);                                                   \
+    }                                                                                                        \
+                                                                                                             \
+    target static void line_##isa(const hpr_point_line *line, hpr_points *points)                            \
+    {                                                                                                        \
+        line_body(line, points, fused);                                                                      \
+    }                                                                                                        \
+                                                                                                             \
+    target static void hyperbolic_##isa(double low, double width, const double *node, size_t count,          \
+                                        double *sine, double *cosine)                                        \
+    {                                                                                                        \
+        hyperbolic_body(low, width, node, count, sine, cosine, fused);                                       \
+    }                                                                                                        \
+                                                                                                             \
+    static const hpr_sums sums_##isa = {kernel_##isa, moments_##isa, grid_##isa,                             \
+                                        rows_##isa,   line_##isa,    hyperbolic_##isa};
 
-static void moments_sse2(const hpr_products *products, size_t count, const double *s, const double *t,
-                         const double *kernel, double *moment, size_t stride, hpr_sums_scratch *scratch)
-{
-    moments_body(products, count, s, t, kernel, moment, stride, scratch, false);
-}
-
-static void grid_sse2(const hpr_points *outer, size_t first, const hpr_points *inner, size_t start,
-                      double scale, size_t functions, const double *basis, double *moment,
-                      hpr_sums_scratch *scratch)
-{
-    grid_body(outer, first, inner, start, scale, functions, basis, moment, scratch, false);
-}
-
-static void hyperbolic_sse2(double low, double width, const double *node, size_t count, double *sine,
-                            double *cosine)
-{
-    hyperbolic_body(low, width, node, count, sine, cosine, false);
-}
-
-static void line_sse2(const hpr_point_line *line, hpr_points *points)
-{
-    line_body(line, points, false);
-}
-
-static void rows_sse2(const hpr_row_product *product, double *to, size_t to_stride, hpr_sums_scratch *scratch)
-{
-    rows_body(product, to, to_stride, scratch, false);
-}
-
-HPR_TARGET_AVX2 static void kernel_avx2(const hpr_points *from, size_t i, const hpr_points *to, double scale,
-                                        double *kernel)
-{
-    kernel_body(from, i, to, scale, kernel, true);
-}
-
-HPR_TARGET_AVX2 static void moments_avx2(const hpr_products *products, size_t count, const double *s,
-                                         const double *t, const double *kernel, double *moment, size_t stride,
-                                         hpr_sums_scratch *scratch)
-{
-    moments_body(products, count, s, t, kernel, moment, stride, scratch, true);
-}
-
-HPR_TARGET_AVX2 static void grid_avx2(const hpr_points *outer, size_t first, const hpr_points *inner,
-                                      size_t start, double scale, size_t functions, const double *basis,
-                                      double *moment, hpr_sums_scratch *scratch)
-{
-    grid_body(outer, first, inner, start, scale, functions, basis, moment, scratch, true);
-}
-
-HPR_TARGET_AVX2 static void hyperbolic_avx2(double low, double width, const double *node, size_t count,
-                                            double *sine, double *cosine)
-{
-    hyperbolic_body(low, width, node, count, sine, cosine, true);
-}
-
-HPR_TARGET_AVX2 static void line_avx2(const hpr_point_line *line, hpr_points *points)
-{
-    line_body(line, points, true);
-}
-
-HPR_TARGET_AVX2 static void rows_avx2(const hpr_row_product *product, double *to, size_t to_stride,
-                                      hpr_sums_scratch *scratch)
-{
-    rows_body(product, to, to_stride, scratch, true);
-}
-
-HPR_TARGET_AVX512 static void kernel_avx512(const hpr_points *from, size_t i, const hpr_points *to,
-                                            double scale, double *kernel)
-{
-    kernel_body(from, i, to, scale, kernel, true);
-}
-
-HPR_TARGET_AVX512 static void moments_avx512(const hpr_products *products, size_t count, const double *s,
-                                             const double *t, const double *kernel, double *moment,
-                                             size_t stride, hpr_sums_scratch *scratch)
-{
-    moments_body(products, count, s, t, kernel, moment, stride, scratch, true);
-}
-
-HPR_TARGET_AVX512 static void grid_avx512(const hpr_points *outer, size_t first, const hpr_points *inner,
-                                          size_t start, double scale, size_t functions, const double *basis,
-                                          double *moment, hpr_sums_scratch *scratch)
-{
-    grid_body(outer, first, inner, start, scale, functions, basis, moment, scratch, true);
-}
-
-HPR_TARGET_AVX512 static void hyperbolic_avx512(double low, double width, const double *node, size_t count,
-                                                double *sine, double *cosine)
-{
-    hyperbolic_body(low, width, node, count, sine, cosine, true);
-}
-
-HPR_TARGET_AVX512 static void line_avx512(const hpr_point_line *line, hpr_points *points)
-{
-    line_body(line, points, true);
-}
-
-HPR_TARGET_AVX512 static void rows_avx512(const hpr_row_product *product, double *to, size_t to_stride,
-                                          hpr_sums_scratch *scratch)
-{
-    rows_body(product, to, to_stride, scratch, true);
-}
+SUMS_ON(sse2, , false)
+SUMS_ON(avx2, HPR_TARGET_AVX2, true)
+SUMS_ON(avx512, HPR_TARGET_AVX512, true)
 
 const hpr_sums *hpr_sums_of(hpr_isa isa)
 {
-    static const hpr_sums sums[] = {
-        [HPR_ISA_SSE2] = {kernel_sse2, moments_sse2, grid_sse2, rows_sse2, line_sse2, hyperbolic_sse2},
-        [HPR_ISA_AVX2] = {kernel_avx2, moments_avx2, grid_avx2, rows_avx2, line_avx2, hyperbolic_avx2},
-        [HPR_ISA_AVX512] = {kernel_avx512, moments_avx512, grid_avx512, rows_avx512, line_avx512,
-                            hyperbolic_avx512}};
-    return &sums[isa];
+    static const hpr_sums *const sums[] = {
+        [HPR_ISA_SSE2] = &sums_sse2, [HPR_ISA_AVX2] = &sums_avx2, [HPR_ISA_AVX512] = &sums_avx512};
+    return sums[isa];
 }

@@ -11,6 +11,18 @@ hpr_element_frame hpr_leaf_frame(const hpr_patches *patches, const hpr_elements 
     return hpr_node_frame(patches, elements, elements->leaf[leaf]);
 }
 
+double hpr_frame_longest(const hpr_element_frame *frame)
+{
+    return fmax(hpr_length(frame->edge1), hpr_length(frame->edge2));
+}
+
+/* Divided first: the square of a small size could vanish. */
+double hpr_frame_slenderness(const hpr_element_frame *frame)
+{
+    double longest = hpr_frame_longest(frame);
+    return longest / (frame->area_m2 / longest);
+}
+
 /* The recurrence of a node that is a leaf and a quadrilateral; a tree has those of inner nodes. */
 static const double *leaf_basis(const hpr_elements *elements, size_t node)
 {
@@ -190,6 +202,7 @@ double hpr_inner_fraction(const hpr_pair *pair, const hpr_element_frame *outer,
 {
     if (pair->blocker_count) {
         hpr_visible visible;
+        visible.hidden = NULL;
         *complete &= hpr_visible_part(point, polygon, inner->normal, pair->blocker, pair->chosen,
                                       pair->blocker_count, &visible);
         return hpr_visible_fraction(outer->normal, &visible);

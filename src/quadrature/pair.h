@@ -22,6 +22,11 @@ typedef struct hpr_element_frame {
 double hpr_frame_measure(const hpr_element_frame *frame);
 double hpr_frame_jacobian(const hpr_element_frame *frame);
 
+/* The longer of the two edges, and its square over the area: how much more exactly it is known than the
+ * plane. */
+double hpr_frame_longest(const hpr_element_frame *frame);
+double hpr_frame_slenderness(const hpr_element_frame *frame);
+
 /* hpr_basis_eval, hpr_basis_many and hpr_basis_scale for any shape. Thread-safe. */
 void hpr_frame_basis(const hpr_element_frame *frame, double s, double t, double *values);
 void hpr_frame_basis_many(hpr_isa isa, const hpr_element_frame *frame, size_t count, const double *s,

@@ -6,6 +6,7 @@
  */
 #include "quadrature/partial.h"
 
+#include "direct/lambert.h"
 #include "math/hull.h"
 #include "quadrature/analytic.h"
 #include "quadrature/cuts.h"
@@ -23,6 +24,7 @@ typedef struct partial {
     hpr_convex outline; /* the inner polygon in space */
     hpr_strips strips;
     double slack; /* points nearer than this are one */
+    double size;  /* of the inner polygon */
     const hpr_partial_demand *demand;
     int nodes[2]; /* of the rule that tells the error, of the one that counts */
     int count;
@@ -48,14 +50,36 @@ static blockers list_blockers(const hpr_partial_cell *q)
     return list;
 }
 
+/* Of the whole inner polygon. */
+static double open_fraction(const partial *p, hpr_vec3 x)
+{
+    double point[3], normal[3];
+    hpr_vec3_store(point, x);
+    hpr_vec3_store(normal, p->outer->normal);
+    return hpr_lambert_fraction(point, normal, (const double(*)[3])p->outline.corner,
+                                (size_t)p->outline.count);
+}
+
+/*
+ * Ends of cuts are known to rounding of the sizes. To a point next to the inner polygon that is a part of its
+ * view: pieces that meet below it leave some out or count it twice. There they get their share of what would
+ * be seen if nothing were hidden.
+ */
 static double fraction_at(partial *p, const blockers *list, double s, double t)
 {
-    hpr_visible visible;
-    hpr_vec3 x = hpr_frame_point(p->outer, s, t);
+    static const double next_to = 1e-5;
+    hpr_visible visible, hidden;
+    hpr_vec3 x = hpr_frame_point(p->outer, s, t), offset = hpr_sub(x, p->outline.corner[0]);
+    bool is_near = list->count > 0 && fabs(hpr_dot(p->inner->normal, offset)) < next_to * p->size;
+    visible.hidden = is_near ? &hidden : NULL;
     p->result.complete &= hpr_visible_part(x, &p->outline, p->inner->normal, p->pair->blocker, list->index,
                                            list->count, &visible);
     p->result.clip_count += list->count > 0;
-    return hpr_visible_fraction(p->outer->normal, &visible);
+    double seen = hpr_visible_fraction(p->outer->normal, &visible);
+    if (!is_near || hidden.count == 0)
+        return seen;
+    double all = seen + hpr_visible_fraction(p->outer->normal, &hidden);
+    return all > 0 ? seen / all * open_fraction(p, x) : 0;
 }
 
 /* The point of a cell, and the area that its parameters take there. */
@@ -338,6 +362,7 @@ hpr_partial hpr_partial_integrate(const hpr_gauss_table *gauss, const hpr_pair *
     p.count = 0;
     p.result = (hpr_partial){.complete = true};
     p.slack = 0;
+    p.size = sqrt(frame_area(p.inner, inner));
     p.demand = demand;
     p.outline.count = inner->count;
     for (int i = 0; i < inner->count; i++)

@@ -27,7 +27,7 @@ typedef struct hpr_partial_demand {
     /* What rounding of the coordinates does anyhow, relative and absolute; the lesser counts, and a quarter
      * of it is allowed as well. */
     double flat, swept_m2;
-    bool slit; /* the polygons nearly touch: see below */
+    bool slit; /* the polygons nearly touch or their planes nearly agree: see below */
 } hpr_partial_demand;
 
 typedef struct hpr_partial {

@@ -94,6 +94,7 @@ static void add_triangle(fan *f, const hpr_vec3 corner[3], int depth)
 static bool polynomial_inner(fan *f, const hpr_pair *pair, const hpr_convex *outline, bool deferred)
 {
     hpr_visible visible;
+    visible.hidden = NULL;
     hpr_visible_part(f->x, outline, f->inner->normal, pair->blocker, pair->chosen, pair->blocker_count,
                      &visible);
     if (visible.whole && deferred)

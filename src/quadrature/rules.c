@@ -6,6 +6,7 @@
 #include "quadrature/homothety.h"
 #include "quadrature/parallel.h"
 #include "quadrature/rule.h"
+#include "quadrature/strips.h"
 
 #include <float.h>
 #include <string.h>
@@ -226,6 +227,14 @@ static void emit_pieces(chooser *c, const hpr_contact *contact)
     }
 }
 
+/* Planes that face each other so closely that nodes would miss how the view ends at the edges. */
+static bool close_planes(const hpr_pair *pair)
+{
+    static const double close = 1e-3;
+    double size = sqrt(fmin(pair->recv.area_m2, pair->send.area_m2));
+    return hpr_strips_apply(pair) && hpr_frame_largest(&pair->recv, &pair->recv_height) < close * size;
+}
+
 static void clip_parts(chooser *c, const hpr_polygon *recv, const hpr_polygon *send)
 {
     const hpr_clipped_demand demand = {c->demand->tolerance, c->demand->negligible};
@@ -237,7 +246,7 @@ static void clip_parts(chooser *c, const hpr_polygon *recv, const hpr_polygon *s
                                           .allowed_m2 = c->demand->negligible * scale_m2,
                                           .flat = c->slit ? c->outcome.flat : 0,
                                           .swept_m2 = c->outcome.swept * scale_m2,
-                                          .slit = c->slit};
+                                          .slit = c->slit || close_planes(c->pair)};
         hpr_partial part = hpr_partial_integrate(c->gauss, c->pair, recv, send, &whole, c->scratch->cell);
         c->outcome.exchange_m2 += part.exchange_m2;
         c->outcome.stopped_short |= !part.complete;
@@ -271,17 +280,6 @@ static void reduce(chooser *c, const hpr_homothety *homothety, double tolerance)
     memcpy(c->outcome.centre, homothety->centre, sizeof c->outcome.centre);
     c->outcome.stopped_short |=
         !hpr_homothety_choose(c->gauss, c->pair, homothety, tolerance, c->sink, c->user);
-}
-
-static double longest_edge(const hpr_element_frame *frame)
-{
-    return fmax(hpr_length(frame->edge1), hpr_length(frame->edge2));
-}
-
-/* How much more exactly the edges are known than the plane. */
-static double slenderness(const hpr_element_frame *frame)
-{
-    return longest_edge(frame) * longest_edge(frame) / frame->area_m2;
 }
 
 static void nested(chooser *c, const hpr_contact *contact)
@@ -323,7 +321,7 @@ static void near_or_far(chooser *c, const hpr_contact *contact)
     if (cost > cheap && c->outcome.flat < c->tolerance) {
         hpr_homothety apart = hpr_homothety_apart(c->gauss, c->pair, contact, &c->scratch->group, &condition);
         /* where the planes meet is known as well as the planes */
-        double known = loss * slenderness(&c->pair->recv) * slenderness(&c->pair->send);
+        double known = loss * hpr_frame_slenderness(&c->pair->recv) * hpr_frame_slenderness(&c->pair->send);
         if (condition * known < c->tolerance) {
             reduce(c, &apart, fmax(c->tolerance / condition, rounding));
             return;
@@ -340,11 +338,11 @@ static double height_rounding(const hpr_element_frame *frame, const hpr_element_
                               const hpr_affine *height, const hpr_polygon *front, double distance,
                               double offset)
 {
-    double highest = 0, size = longest_edge(frame), base = longest_edge(other);
+    double highest = 0, size = hpr_frame_longest(frame), base = hpr_frame_longest(other);
     for (int i = 0; i < front->count; i++)
         highest = fmax(highest, hpr_affine_at(height, front->corner[i][0], front->corner[i][1]));
     /* the normal of a slender element is known to rounding times its slenderness */
-    double lever = distance + size, slenderness = base * base / other->area_m2;
+    double lever = distance + size, slenderness = hpr_frame_slenderness(other);
     return DBL_EPSILON * (offset + base + lever * (1 + slenderness)) / highest;
 }
 
@@ -359,8 +357,8 @@ static void set_rounding(chooser *c, const hpr_contact *contact)
     hpr_vec3 a[4], b[4];
     int na = hpr_cell_corners(recv, &whole[0], a), nb = hpr_cell_corners(send, &whole[1], b);
     double distance = hpr_polygon_distance(a, na, b, nb), offset = hpr_length(send->origin);
-    double length = offset + longest_edge(recv) + longest_edge(send);
-    double edge = fmin(longest_edge(recv), longest_edge(send));
+    double length = offset + hpr_frame_longest(recv) + hpr_frame_longest(send);
+    double edge = fmin(hpr_frame_longest(recv), hpr_frame_longest(send));
     double functions = (recv->degree + 1.0) * (send->degree + 1.0);
     c->outcome.rounding = DBL_EPSILON * 4;
     c->outcome.flat =
@@ -390,6 +388,28 @@ static void clipped(chooser *c, const hpr_contact *contact)
     }
 }
 
+/*
+ * Elements whose planes all but agree, and that touch only as well as the planes are known: where one sees
+ * that the line of both planes is, it misses the other by far more. A homothety from there adds and takes
+ * away parts of that size, which beside a view as narrow as the square of the angle is too much.
+ */
+static bool touch_is_vague(const chooser *c, const hpr_contact *contact)
+{
+    static const double small_angle = 1e-2, rounding = 4 * DBL_EPSILON, share = 0.01;
+    const hpr_element_frame *recv = &c->pair->recv, *send = &c->pair->send;
+    double sine = hpr_length(hpr_cross(recv->normal, send->normal)), gap = 0;
+    double size = fmin(hpr_frame_longest(recv), hpr_frame_longest(send));
+    if (hpr_dot(recv->normal, send->normal) < 0 || sine > small_angle)
+        return false;
+    for (int k = 0; k < contact->point_count; k++) {
+        hpr_vec3 x = hpr_frame_point(recv, contact->recv_point[k][0], contact->recv_point[k][1]),
+                 y = hpr_frame_point(send, contact->send_point[k][0], contact->send_point[k][1]);
+        gap = fmax(gap, hpr_length(hpr_sub(x, y)));
+    }
+    double known = rounding * (hpr_length(send->origin) + hpr_frame_longest(recv) + hpr_frame_longest(send));
+    return gap > fmax(known, share * c->tolerance * sine * sine * size);
+}
+
 static void integrate(chooser *c, const hpr_cell *recv, const hpr_cell *send)
 {
     hpr_contact contact;
@@ -413,7 +433,7 @@ static void integrate(chooser *c, const hpr_cell *recv, const hpr_cell *send)
     }
     /* What a homothety puts together belongs to no pair of planes if rounding turns these by more than is
      * asked, while the part of the view that one fills, point by point, is at most 1. */
-    if (c->slit && constants(c)) {
+    if (constants(c) && (c->slit || (!separate && touch_is_vague(c, &contact)))) {
         nested(c, &contact);
         return;
     }

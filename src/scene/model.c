@@ -1,6 +1,6 @@
 #include "scene/model.h"
 
-#include "math/vec3.h"
+#include "math/twofold.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -92,13 +92,13 @@ static bool measure(hpr_surface *s, double size)
 {
     hpr_vec3 d1 = hpr_sub(corner(s, 2), corner(s, 0));
     hpr_vec3 d2 = hpr_sub(corner(s, 3), corner(s, 1)); /* of a triangle: v0 - v1 */
-    hpr_vec3 across = hpr_cross(d1, d2);
-    double length = hpr_length(across);
+    hpr_vec3 normal;
+    double length = hpr_cross_exactly(d1, d2, &normal);
     /* Divided first: the square of a small size could vanish. */
     if (!(length / size > least_height * size))
         return false;
     s->area_m2 = length / 2;
-    hpr_vec3_store(s->normal, hpr_scale(across, 1 / length));
+    hpr_vec3_store(s->normal, normal);
     return true;
 }
 

@@ -1,6 +1,7 @@
 #include "solver/transport.h"
 
 #include "direct/direct.h"
+#include "link/afford.h"
 #include "link/direct_moments.h"
 #include "patch/paint.h"
 #include "solver/energy.h"
@@ -117,6 +118,13 @@ static void summarise_links(hpr_solution *solution, const hpr_links *links)
         hpr_warn(solution->context, "%zu kernel blocks stopped short of their tolerance", links->short_count);
 }
 
+/* A step towards a tolerance was predicted to stay within max_bytes: it may outgrow that by a factor of 2. */
+static double most_bytes(const hpr_solve_options *options)
+{
+    return options->tolerance > 0 ? fmax(hpr_links_most_bytes(0), 2 * options->max_bytes)
+                                  : options->max_bytes;
+}
+
 static hpr_status link_up(const hpr_solution *solution, const hpr_coverage *coverage,
                           const hpr_transport_demand *asked, bool counted, hpr_links **links)
 {
@@ -130,13 +138,15 @@ static hpr_status link_up(const hpr_solution *solution, const hpr_coverage *cove
     for (size_t i = 0; i < patches->count * n; i++)
         sends[i / n] |= patches->reflectance[i] > 0 ||
                         ((emission || hpr_patch_glow(patches, i / n)) && patches->exitance[i] > 0);
+    const hpr_solve_options *options = &solution->summary.options;
     const hpr_links_demand demand = {.link_tolerance = asked->link_tolerance,
                                      .block_tolerance = asked->block_tolerance,
                                      .blocked_tolerance = asked->blocked_tolerance,
                                      .known = asked->known,
                                      .keeper = asked->keeper,
                                      .counted = counted,
-                                     .constant = solution->summary.options.method == HPR_METHOD_HIERARCHICAL,
+                                     .constant = options->method == HPR_METHOD_HIERARCHICAL,
+                                     .most_bytes = most_bytes(options),
                                      .sends = sends};
     status = hpr_links_assemble(coverage, solution->elements, &demand, links);
     hpr_release(solution->context, sends);

@@ -344,17 +344,19 @@ static hpr_status merge(merger *m)
     return HPR_OK;
 }
 
-static void store(const merger *m, size_t p, hpr_convex *outline, double normal[3])
+static void store(const merger *m, size_t p, hpr_convex *outline, hpr_occluder_plane *plane)
 {
     const polygon *it = &m->polygons[p];
     outline->count = it->count;
     for (int k = 0; k < it->count; k++)
         outline->corner[k] = place(m, it->vertex[k]);
-    hpr_vec3_store(normal, it->normal);
+    hpr_vec3_store(plane->normal, it->normal);
+    hpr_vec3_store(plane->origin, it->merged ? outline->corner[0] : place(m, (uint32_t)(4 * p)));
 }
 
 hpr_status hpr_occluders_merge(const hpr_patches *patches, const uint32_t *listed, size_t listed_count,
-                               double slack, hpr_convex **outline, double **normal, size_t *occluder_count)
+                               double slack, hpr_convex **outline, hpr_occluder_plane **plane,
+                               size_t *occluder_count)
 {
     merger m = {.context = patches->context,
                 .patches = patches,
@@ -363,7 +365,7 @@ hpr_status hpr_occluders_merge(const hpr_patches *patches, const uint32_t *liste
                 .count = listed_count};
     size_t kept = 0;
     *outline = NULL;
-    *normal = NULL;
+    *plane = NULL;
     hpr_status status = allocate(&m);
     if (status == HPR_OK)
         status = merge(&m);
@@ -372,11 +374,11 @@ hpr_status hpr_occluders_merge(const hpr_patches *patches, const uint32_t *liste
     if (status == HPR_OK)
         status = hpr_allocate_into(m.context, outline, kept, sizeof **outline, "occluders");
     if (status == HPR_OK)
-        status = hpr_allocate_into(m.context, normal, 3 * kept, sizeof **normal, "occluders");
+        status = hpr_allocate_into(m.context, plane, kept, sizeof **plane, "occluders");
     *occluder_count = 0;
     for (size_t p = 0; status == HPR_OK && p < m.count; p++) {
         if (m.polygons[p].count) {
-            store(&m, p, &(*outline)[*occluder_count], *normal + 3 * *occluder_count);
+            store(&m, p, &(*outline)[*occluder_count], &(*plane)[*occluder_count]);
             ++*occluder_count;
         }
     }

@@ -105,18 +105,29 @@ static void add_mitre(const hpr_occluder *occluder, const double corner[3], int 
     }
 }
 
-static void set_occluder(const hpr_visibility *visibility, const hpr_convex *outline, const double normal[3],
-                         hpr_occluder *occluder)
+/* The outline's corners in the plane: welding may have moved them off it. */
+static void set_corners(const hpr_visibility *visibility, const hpr_convex *outline, hpr_occluder *occluder)
 {
-    double world[3];
-    int count = occluder->edge_count = outline->count;
-    for (int k = 0; k < count; k++) {
+    occluder->edge_count = outline->count;
+    for (int k = 0; k < outline->count; k++) {
+        double world[3], offset[3];
         hpr_vec3_store(world, outline->corner[k]);
         hpr_scene_units(visibility, world, occluder->corner[k]);
+        hpr_subtract3(occluder->corner[k], occluder->origin, offset);
+        hpr_add_scaled3(occluder->corner[k], -hpr_dot3(occluder->normal, offset), occluder->normal,
+                        occluder->corner[k]);
     }
+}
+
+static void set_occluder(const hpr_visibility *visibility, const hpr_convex *outline,
+                         const hpr_occluder_plane *plane, hpr_occluder *occluder)
+{
+    const double *normal = occluder->normal;
+    int count = outline->count;
+    memcpy(occluder->normal, plane->normal, sizeof occluder->normal);
+    hpr_scene_units(visibility, plane->origin, occluder->origin);
+    set_corners(visibility, outline, occluder);
     const double(*corner)[3] = (const double(*)[3])occluder->corner;
-    memcpy(occluder->origin, corner[0], sizeof occluder->origin);
-    memcpy(occluder->normal, normal, sizeof occluder->normal);
     for (int k = 0; k < count; k++) {
         double edge[3], from[3];
         hpr_subtract3(corner[(k + 1) % count], corner[k], edge);
@@ -124,7 +135,7 @@ static void set_occluder(const hpr_visibility *visibility, const hpr_convex *out
         double length = hpr_length3(occluder->inward[k]);
         for (int a = 0; a < 3; a++)
             occluder->inward[k][a] /= length;
-        hpr_subtract3(corner[k], corner[0], from);
+        hpr_subtract3(corner[k], occluder->origin, from);
         occluder->offset[k] = hpr_dot3(occluder->inward[k], from);
     }
     for (int a = 0; a < 3; a++) {
@@ -155,10 +166,10 @@ static hpr_bounds bounds_of(const hpr_occluder *occluder)
 static hpr_status set_occluders(hpr_visibility *visibility)
 {
     hpr_context *ctx = visibility->context;
-    double *normal = NULL;
+    hpr_occluder_plane *plane = NULL;
     hpr_status status = hpr_occluders_merge(visibility->patches, visibility->front, visibility->front_count,
                                             visibility->slack / visibility->scale, &visibility->outline,
-                                            &normal, &visibility->occluder_count);
+                                            &plane, &visibility->occluder_count);
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &visibility->occluder, visibility->occluder_count,
                                    sizeof *visibility->occluder, "visibility");
@@ -166,10 +177,10 @@ static hpr_status set_occluders(hpr_visibility *visibility)
         status = hpr_allocate_into(ctx, &visibility->bounds, visibility->occluder_count,
                                    sizeof *visibility->bounds, "visibility");
     for (size_t i = 0; status == HPR_OK && i < visibility->occluder_count; i++) {
-        set_occluder(visibility, &visibility->outline[i], normal + 3 * i, &visibility->occluder[i]);
+        set_occluder(visibility, &visibility->outline[i], &plane[i], &visibility->occluder[i]);
         visibility->bounds[i] = bounds_of(&visibility->occluder[i]);
     }
-    hpr_release(ctx, normal);
+    hpr_release(ctx, plane);
     return status;
 }
 

@@ -88,7 +88,7 @@ static inline convex_size convex_measure(const double (*corner)[3])
  * too slender. */
 static inline bool convex_split(convex_room *room, int which, uint64_t *seed)
 {
-    static const double part[] = {0.5, 0.3, 0.1, 0.02, 0.003}, slenderest = 1e-3, smallest = 3e-4;
+    static const double part[] = {0.5, 0.3, 0.1, 0.02, 0.003}, slenderest = 1e-4, smallest = 3e-4;
     double old[3][3], made[3][3][3], middle[3], weight[3];
     memcpy(old, room->corner[which], sizeof old);
     double f = part[(int)(5 * convex_random(seed))];

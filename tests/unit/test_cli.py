@@ -53,7 +53,6 @@ WRONG_USAGE = [
     (("render", "one.gltf", "--order", "3"), ["--order", "unknown option"]),
     (("solve", "one.gltf", "--refine", "h"), ["--refine", "--tol"]),
     (("solve", "one.gltf", "--max-time", "3"), ["--max-time", "--tol"]),
-    (("one.gltf", "--max-memory", "3M"), ["--max-memory", "--tol"]),
     (("solve", "one.gltf", "--tol", "1e-2", "--method", "exact"), ["--tol", "--method galerkin"]),
     (("solve", "one.gltf", "--tol", "1e-2", "--order", "1"), ["order 1", "at least 2"]),
     (("solve", "one.gltf", "-o", ""), ["empty"]),

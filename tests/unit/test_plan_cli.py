@@ -152,6 +152,16 @@ def check_too_large(command):
     check("too large: said, exit code 0", [] if result.returncode == 0 and "too large" in result.stdout else [str(result)])
     check("with predicted memory", told["solves"][0]["too_large"] and told["solves"][0]["predicted"]["memory_bytes"] > 1e10)
     check("pairs are drawn", 0 < told["pairs"]["drawn"] < told["pairs"]["all"])
+    before = command.listing()
+    check("solve refuses it", problems(command("solve", "large.gltf", "--order", "16", "-o", "s.glb"), 1,
+                                       ["GB", "--max-memory", "--order"]))
+    plates = ("solve", "plates.gltf", "--order", "1", "-o", "s.glb", "--quiet")  # a block of 4 x 4 doubles
+    write_scene(path_of(command, "plates.gltf"), plates=2)
+    for method in ((), ("--method", "exact", "--order", "0", "--subdivide", "2")):
+        check(f"and what needs more than it may {method}",
+              problems(command(*plates, *method, "--max-memory", "100"), 1, ["GB", "--max-memory", "--subdivide"]))
+    check("nothing is written", sorted(command.listing()) == sorted([*before, "plates.gltf"]))
+    check("what fits is solved", problems(command(*plates, "--max-memory", "1M"), 0))
 
 
 def check_usage(command):

@@ -263,12 +263,38 @@ static void classify_is_conservative(void **state)
     hpr_context_destroy(&ctx);
 }
 
+/* The wall comes first, so its corners stand for the floor's, 1e-8 lower but within welding. */
+static void welded_off_its_plane_does_not_hide_itself(void **state)
+{
+    (void)state;
+    hpr_context *ctx = shapes_context(1, NULL);
+    hpr_patches *patches = shapes_create(ctx, 3);
+    patches->weld_m = 1e-7;
+    set_quad(patches, 0, 0, 0, 1e-8, ey, ez); /* a wall, normal x */
+    set_quad(patches, 1, 0, 0, 0, ex, ey);    /* the floor */
+    set_quad(patches, 2, 0, 0, 3, ey, ex);    /* the ceiling */
+    hpr_visibility *visibility = see(patches);
+    assert_int_equal(classify(visibility, patches, 1, 2, NULL, NULL), HPR_SEES_WHOLLY);
+    assert_int_equal(classify(visibility, patches, 2, 1, NULL, NULL), HPR_SEES_WHOLLY);
+    const uint32_t all[] = {0, 1, 2};
+    const double x[3] = {0.5, 0.5, 0}, y[3] = {0.5, 0.5, 3};
+    assert_int_equal(hpr_visibility_occluder_count(visibility), 3);
+    assert_false(hpr_visibility_blocked(visibility, x, y, all, 3));
+    hpr_visibility_destroy(&visibility);
+    hpr_patches_destroy(&patches);
+    hpr_context_destroy(&ctx);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(walls_of_a_room_see_each_other),  cmocka_unit_test(facing_away_sees_nothing),
-        cmocka_unit_test(only_what_is_between_blocks),     cmocka_unit_test(beside_the_shaft_does_not_block),
-        cmocka_unit_test(behind_the_plane_does_not_count), cmocka_unit_test(classify_is_conservative),
+        cmocka_unit_test(welded_off_its_plane_does_not_hide_itself),
+        cmocka_unit_test(walls_of_a_room_see_each_other),
+        cmocka_unit_test(facing_away_sees_nothing),
+        cmocka_unit_test(only_what_is_between_blocks),
+        cmocka_unit_test(beside_the_shaft_does_not_block),
+        cmocka_unit_test(behind_the_plane_does_not_count),
+        cmocka_unit_test(classify_is_conservative),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

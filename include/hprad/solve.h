@@ -2,6 +2,7 @@
 #define HPRAD_SOLVE_H
 
 #include <hprad/scene.h>
+#include <stdbool.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -179,6 +180,26 @@ typedef struct hpr_refinement {
     uint8_t degree[4]; /**< of what takes its place, in the order of the new numbers: itself, or its parts */
 } hpr_refinement;
 
+/** A kernel block between two nodes of the elements' trees, as it was integrated. */
+typedef struct hpr_kept_block {
+    uint32_t recv,
+        send; /**< nodes; with the degrees they name the block among those of a scene and options */
+    uint8_t recv_degree, send_degree;
+    uint32_t count;       /**< entries */
+    uint32_t short_count; /**< what its integration told, as all that follows */
+    double error, sampled_error, sampled2;
+    const double *block; /**< [count] valid during the call, or, of `find`, as long as the keeper is in use */
+} hpr_kept_block;
+
+/** Who keeps the blocks that took time, so that a solve which is taken up need not integrate them again. Both
+ * functions are called by several threads at once; either may be NULL. */
+typedef struct hpr_block_keeper {
+    void (*keep)(void *user, const hpr_kept_block *block); /**< has been integrated */
+    /** Completes a block of these nodes, degrees and count; false: not known. */
+    bool (*find)(void *user, hpr_kept_block *block);
+    void *user;
+} hpr_block_keeper;
+
 /**
  * How a solve with a tolerance can be taken up where another one stopped: the elements of each step follow
  * from the refinements before it, and the solution from the elements alone.
@@ -190,6 +211,7 @@ typedef struct hpr_solve_series {
      * status than HPR_OK ends the solve with it. NULL: not wanted. */
     hpr_status (*stepped)(void *user, const hpr_refinement *refinement, size_t count);
     void *user;
+    const hpr_block_keeper *blocks; /**< NULL: none are kept */
 } hpr_solve_series;
 
 /**

@@ -328,8 +328,7 @@ static hpr_status read_setting(hpr_batch_spec *spec, const cJSON *item, const ch
     for (int i = 0; status == HPR_OK && !(setting->solve.tolerance > 0) && with_tolerance[i]; i++) {
         const cJSON *given = cJSON_GetObjectItemCaseSensitive(item, with_tolerance[i]);
         if (given)
-            return fail_at(spec, given, where,
-                           "refine and max_time have an effect only with tol");
+            return fail_at(spec, given, where, "refine and max_time have an effect only with tol");
     }
     if (status == HPR_OK && !setting->name)
         return fail_at(spec, item, where, "has no name");

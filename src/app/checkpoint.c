@@ -1,6 +1,7 @@
 #include "app/checkpoint.h"
 
 #include "app/scene_hash.h"
+#include "io/atomic_file.h"
 #include "io/json_text.h"
 #include "io/report_parts.h"
 
@@ -58,13 +59,22 @@ hpr_status hpr_checkpoint_open(hpr_context *ctx, const char *scene_path, const h
     hpr_json_text(checkpoint->made_of, "isa", hpr_context_isa(ctx), &ok);
     hpr_json_text(checkpoint->made_of, "scene", key, &ok);
     note_options(checkpoint->made_of, options, &ok);
-    return ok ? status : hpr_fail(ctx, HPR_ERR_MEMORY, "out of memory for a checkpoint");
+    char *text = ok ? cJSON_PrintUnformatted(checkpoint->made_of) : NULL;
+    if (!text)
+        return hpr_fail(ctx, HPR_ERR_MEMORY, "out of memory for a checkpoint");
+    hpr_sha256_init(&hash);
+    hpr_sha256_add_text(&hash, text);
+    hpr_sha256_finish(&hash, checkpoint->key);
+    cJSON_free(text);
+    hpr_block_log_init(ctx, checkpoint->key, &checkpoint->log);
+    return status;
 }
 
 void hpr_checkpoint_close(hpr_checkpoint *checkpoint)
 {
     if (checkpoint->context)
         hpr_release(checkpoint->context, checkpoint->done);
+    hpr_block_log_fini(&checkpoint->log);
     cJSON_Delete(checkpoint->made_of);
     *checkpoint = (hpr_checkpoint){0};
 }
@@ -143,15 +153,12 @@ hpr_status hpr_checkpoint_read(hpr_checkpoint *checkpoint, const char *path)
         cJSON_Delete(root);
     }
     hpr_release(checkpoint->context, text);
-    return status;
+    return status == HPR_OK ? hpr_block_log_read(&checkpoint->log, path) : status;
 }
 
-hpr_status hpr_checkpoint_write(void *user, const hpr_refinement *refinement, size_t count)
+static hpr_status save(const hpr_checkpoint *checkpoint, const hpr_refinement *refinement, size_t count)
 {
-    const hpr_checkpoint *checkpoint = user;
     bool ok = true;
-    if (!checkpoint->path)
-        return HPR_OK;
     cJSON *root = cJSON_CreateObject();
     hpr_json_number(root, "checkpoint", VERSION, &ok);
     ok = ok && cJSON_AddItemReferenceToObject(root, "made_of", checkpoint->made_of);
@@ -165,4 +172,21 @@ hpr_status hpr_checkpoint_write(void *user, const hpr_refinement *refinement, si
             hpr_json_number(item, NULL, value[k], &ok);
     }
     return hpr_report_save(checkpoint->context, root, ok, checkpoint->path);
+}
+
+hpr_status hpr_checkpoint_begin(hpr_checkpoint *checkpoint)
+{
+    if (!checkpoint->path)
+        return HPR_OK;
+    bool direct = hpr_atomic_is_direct(checkpoint->path); /* a pipe has nothing beside it */
+    hpr_status status = direct ? HPR_OK : hpr_block_log_begin(&checkpoint->log, checkpoint->path);
+    return status == HPR_OK && !direct ? save(checkpoint, checkpoint->done, checkpoint->done_count) : status;
+}
+
+hpr_status hpr_checkpoint_write(void *user, const hpr_refinement *refinement, size_t count)
+{
+    hpr_checkpoint *checkpoint = user;
+    hpr_block_log_forget(&checkpoint->log); /* what it held is among the links of the step that is done */
+    hpr_status status = hpr_block_log_flush(&checkpoint->log);
+    return status == HPR_OK && checkpoint->path ? save(checkpoint, refinement, count) : status;
 }

@@ -1,11 +1,13 @@
 /*
  * Where a solve with a tolerance stood between two steps, as a file: what was refined after each step, from
  * which all else follows, and what it was made of, so that it is taken up for the same scene and settings
- * only. JSON: version 1, made_of {name: text}, refinements [[step, leaf, raise, halve s, halve t], ...].
+ * only. JSON: version, made_of {name: text}, refinements [[step, leaf, halve s, halve t, four degrees], ...].
+ * The blocks stand beside it (app/block_log.h).
  */
 #ifndef HPR_APP_CHECKPOINT_H
 #define HPR_APP_CHECKPOINT_H
 
+#include "app/block_log.h"
 #include "base/context.h"
 
 #include <cjson/cJSON.h>
@@ -13,8 +15,10 @@
 
 typedef struct hpr_checkpoint {
     hpr_context *context;
-    const char *path; /* to be written; NULL: none is */
-    cJSON *made_of;   /* name: text */
+    const char *path;          /* to be written; NULL: none is */
+    cJSON *made_of;            /* name: text */
+    char key[HPR_SHA256_TEXT]; /* of made_of */
+    hpr_block_log log;
     hpr_refinement *done;
     size_t done_count;
 } hpr_checkpoint;
@@ -26,9 +30,13 @@ hpr_status hpr_checkpoint_open(hpr_context *ctx, const char *scene_path, const h
                                hpr_checkpoint *checkpoint);
 void hpr_checkpoint_close(hpr_checkpoint *checkpoint);
 
-/* Reads done. Errors: HPR_ERR_IO, HPR_ERR_FORMAT (no checkpoint; or made of something else: the message says
- * what), HPR_ERR_MEMORY. */
+/* Reads done, and the blocks. Errors: HPR_ERR_IO, HPR_ERR_FORMAT (no checkpoint; or made of something else:
+ * the message says what), HPR_ERR_MEMORY. */
 hpr_status hpr_checkpoint_read(hpr_checkpoint *checkpoint, const char *path);
+
+/* Writes what there is to go on from, and begins to keep blocks. Errors: HPR_ERR_IO, HPR_ERR_MEMORY,
+ * HPR_ERR_INTERRUPTED. */
+hpr_status hpr_checkpoint_begin(hpr_checkpoint *checkpoint);
 
 /* Writes to the checkpoint's path (stepped of hpr_solve_series; user: the checkpoint). Errors: HPR_ERR_IO,
  * HPR_ERR_MEMORY, HPR_ERR_INTERRUPTED. */

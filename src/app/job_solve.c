@@ -22,8 +22,14 @@ static hpr_status claim_outputs(hpr_job *job, const char *scene_path, const char
         status = hpr_outputs_claim(&job->outputs, options->report_path);
     if (status == HPR_OK && options->resume_path)
         status = hpr_outputs_spare(&job->outputs, options->resume_path);
-    if (status == HPR_OK && options->checkpoint_path) /* may be what is resumed */
-        status = hpr_outputs_claim(&job->outputs, options->checkpoint_path);
+    if (status != HPR_OK || !options->checkpoint_path)
+        return status;
+    status = hpr_outputs_claim(&job->outputs, options->checkpoint_path); /* may be what is resumed */
+    char *blocks = hpr_block_log_path(job->context, options->checkpoint_path);
+    if (status == HPR_OK)
+        status = blocks ? hpr_outputs_claim(&job->outputs, blocks)
+                        : hpr_fail(job->context, HPR_ERR_MEMORY, "out of memory for a file name");
+    hpr_release(job->context, blocks);
     return status;
 }
 
@@ -38,10 +44,14 @@ static hpr_status solve(hpr_job *job, const char *scene_path, const hpr_scene *s
     hpr_status status = hpr_checkpoint_open(job->context, scene_path, options, &checkpoint);
     if (status == HPR_OK && options->resume_path)
         status = hpr_checkpoint_read(&checkpoint, options->resume_path);
+    if (status == HPR_OK)
+        status = hpr_checkpoint_begin(&checkpoint);
+    const hpr_block_keeper keeper = {hpr_block_log_keep, hpr_block_log_find, &checkpoint.log};
     const hpr_solve_series series = {.done = checkpoint.done,
                                      .done_count = checkpoint.done_count,
                                      .stepped = hpr_checkpoint_write,
-                                     .user = &checkpoint};
+                                     .user = &checkpoint,
+                                     .blocks = &keeper};
     if (status == HPR_OK)
         status = hpr_job_run_solve(job, scene, &options->solve, NULL, &series, solution);
     hpr_checkpoint_close(&checkpoint);

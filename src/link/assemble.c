@@ -2,6 +2,7 @@
 #include "link/afford.h"
 #include "link/between.h"
 #include "link/blocked.h"
+#include "link/kept.h"
 #include "link/links.h"
 #include "link/refine.h"
 #include "quadrature/constants.h"
@@ -34,7 +35,7 @@ typedef struct assembly {
     hpr_quadrature *quadrature;
     hpr_far *far;
     hpr_links *links;
-    const hpr_links *known;
+    hpr_kept kept;
     worker *workers;  /* [threads] */
     uint8_t *verdict; /* [patches][patches] hpr_verdict, upper triangle */
     hpr_blocked blocked;
@@ -168,7 +169,7 @@ static hpr_status make_links(assembly *a, const hpr_links_demand *demand)
     if (status == HPR_OK)
         status = give_scratch(a);
     if (status == HPR_OK) {
-        const hpr_refinement refinement = {a->coverage, a->visibility, a->views, a->verdict, links};
+        const hpr_link_refinement refinement = {a->coverage, a->visibility, a->views, a->verdict, links};
         status = hpr_links_refine(&refinement);
     }
     if (status == HPR_OK && links->count >= HPR_NONE)
@@ -297,34 +298,16 @@ static void integrate_far(const assembly *a, worker *w, const hpr_block_task *ta
     w->counts[HPR_COUNT_KERNEL] += result.kernel_count;
 }
 
-/* The link as it was before. */
-static const hpr_link *find_known(const assembly *a, const piece *p)
+static void add_note(hpr_link_note *note, const hpr_link_note *more)
 {
-    const hpr_links *known = a->known;
-    if (!known || p->recv >= known->row_count || p->send >= known->row_count)
-        return NULL;
-    for (size_t i = known->row[p->recv]; i < known->row[p->recv + 1]; i++) {
-        const hpr_link *old = &known->link[known->row_link[i]];
-        if (old->recv == p->recv && old->send == p->send && old->recv_degree == p->recv_degree &&
-            old->send_degree == p->send_degree)
-            return old;
-    }
-    return NULL;
+    note->error = fmax(note->error, more->error);
+    note->sampled_error = fmax(note->sampled_error, more->sampled_error);
+    note->sampled2 += more->sampled2;
+    note->short_count += more->short_count;
 }
 
-static void integrate_near(const assembly *a, worker *w, hpr_block_task *task, const piece *p)
+static hpr_link_note integrate_block(const assembly *a, worker *w, hpr_block_task *task, const piece *p)
 {
-    hpr_link_note *note = &a->links->note[p->link];
-    const hpr_link *known = find_known(a, p);
-    if (known) {
-        const hpr_link_note *old = &a->known->note[known - a->known->link];
-        memcpy(p->block, a->known->block + known->offset, hpr_link_size(a->known, known) * sizeof *p->block);
-        note->error = fmax(note->error, old->error);
-        note->sampled_error = fmax(note->sampled_error, old->sampled_error);
-        note->sampled2 += old->sampled2;
-        note->short_count += old->short_count;
-        return;
-    }
     double recv_m2 = task->recv.area_m2 * hpr_tree_open_share(a->links->tree, a->coverage, p->recv),
            send_m2 = task->send.area_m2 * hpr_tree_open_share(a->links->tree, a->coverage, p->send);
     hpr_blocked_decide(&a->blocked, recv_m2, send_m2, task);
@@ -332,6 +315,7 @@ static void integrate_near(const assembly *a, worker *w, hpr_block_task *task, c
     hpr_counter kind = !result.seen          ? HPR_COUNT_PAIRS_HIDDEN
                        : task->blocker_count ? HPR_COUNT_PAIRS_PARTIAL
                                              : HPR_COUNT_PAIRS_VISIBLE;
+    bool sampled = result.status == HPR_BLOCK_SAMPLED;
     w->counts[kind]++;
     w->counts[HPR_COUNT_BLOCKS] += result.seen;
     w->counts[HPR_COUNT_KERNEL] += result.kernel_count;
@@ -339,11 +323,27 @@ static void integrate_near(const assembly *a, worker *w, hpr_block_task *task, c
     w->counts[HPR_COUNT_CLIPS] += result.clip_count;
     w->counts[HPR_COUNT_SHORT] += result.status == HPR_BLOCK_SHORT;
     w->counts[HPR_COUNT_ROUNDED] += result.status == HPR_BLOCK_ROUNDED;
-    w->counts[HPR_COUNT_SAMPLED] += result.status == HPR_BLOCK_SAMPLED;
-    double *error = result.status == HPR_BLOCK_SAMPLED ? &note->sampled_error : &note->error;
-    *error = fmax(*error, result.error);
-    note->short_count += result.status == HPR_BLOCK_SHORT;
-    note->sampled2 += hpr_blocked_error2(&a->blocked, task, &result);
+    w->counts[HPR_COUNT_SAMPLED] += sampled;
+    return (hpr_link_note){.error = sampled ? 0 : result.error,
+                           .sampled_error = sampled ? result.error : 0,
+                           .sampled2 = hpr_blocked_error2(&a->blocked, task, &result),
+                           .short_count = result.status == HPR_BLOCK_SHORT};
+}
+
+static void integrate_near(const assembly *a, worker *w, hpr_block_task *task, const piece *p)
+{
+    const hpr_link pair = {.recv = p->recv,
+                           .send = p->send,
+                           .recv_degree = (uint8_t)p->recv_degree,
+                           .send_degree = (uint8_t)p->send_degree};
+    size_t count = hpr_link_size(a->links, &pair);
+    hpr_link_note note;
+    if (!hpr_kept_take(&a->kept, &pair, count, p->block, &note)) {
+        note = integrate_block(a, w, task, p);
+        if (!hpr_cancelled(a->context))
+            hpr_kept_give(&a->kept, &pair, count, p->block, &note);
+    }
+    add_note(&a->links->note[p->link], &note);
 }
 
 static void integrate_piece(const assembly *a, worker *w, const piece *p)
@@ -562,7 +562,7 @@ hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *
                   .patches = patches,
                   .elements = elements,
                   .context = ctx,
-                  .known = demand->known};
+                  .kept = {demand->known, demand->keeper}};
     *out = NULL;
     hpr_status status = hpr_allocate_into(ctx, &a.links, 1, sizeof *a.links, "links");
     if (status != HPR_OK)

@@ -8,6 +8,8 @@
 
 #include "link/tree.h"
 
+#include <hprad/solve.h>
+
 typedef struct hpr_link {
     uint32_t recv, send;              /* nodes; the receiver's patch is before the sender's */
     size_t offset;                    /* its block in hpr_links.block, row-major [n_recv x n_send] */
@@ -54,10 +56,12 @@ typedef struct hpr_links_demand {
     double blocked_tolerance; /* of those that something obstructs; 0: like the others */
     const hpr_links *known;   /* the links of these trees before some leaves were refined, with the same
                                  tolerances; their blocks are taken over where they still serve. NULL: none */
-    bool constant;            /* links carry constants only, on all levels */
-    bool counted;             /* find the links, integrate nothing: block and row_link stay NULL */
-    double most_bytes;        /* of blocks; beyond it is refused. 0: chosen (link/afford.h) */
-    const bool *sends;        /* [patches] does it reflect or emit? Pairs of which none does have no link. */
+    /* gets the blocks that no product Gauss gives, and is asked for them; NULL: none */
+    const hpr_block_keeper *keeper;
+    bool constant;     /* links carry constants only, on all levels */
+    bool counted;      /* find the links, integrate nothing: block and row_link stay NULL */
+    double most_bytes; /* of blocks; beyond it is refused. 0: chosen (link/afford.h) */
+    const bool *sends; /* [patches] does it reflect or emit? Pairs of which none does have no link. */
 } hpr_links_demand;
 
 /*

@@ -39,7 +39,7 @@ typedef struct task {
 } task;
 
 typedef struct walker {
-    const hpr_refinement *r;
+    const hpr_link_refinement *r;
     const hpr_tree *tree;
     hpr_views_cursor *cursor;
     uint32_t *blocker; /* [MAX_DEPTH + 1][occluder_count] */
@@ -231,7 +231,7 @@ static void walk(walker *w, uint32_t recv, uint32_t send, bool partly, const uin
 
 static void walk_task(walker *w, task *t)
 {
-    const hpr_refinement *r = w->r;
+    const hpr_link_refinement *r = w->r;
     t->thread = (uint32_t)omp_get_thread_num();
     t->first = w->list.count;
     for (uint32_t j = t->j; j < t->j_end && w->status == HPR_OK; j++) {
@@ -246,7 +246,7 @@ static void walk_task(walker *w, task *t)
     t->count = w->list.count - t->first;
 }
 
-static hpr_status make_tasks(const hpr_refinement *r, task **tasks, size_t *count)
+static hpr_status make_tasks(const hpr_link_refinement *r, task **tasks, size_t *count)
 {
     size_t n = r->links->tree->elements->patch_count, width = n / 64 + 1;
     *count = 0;
@@ -265,7 +265,7 @@ static hpr_status make_tasks(const hpr_refinement *r, task **tasks, size_t *coun
     return HPR_OK;
 }
 
-static hpr_status open_walkers(const hpr_refinement *r, walker *walkers, int threads)
+static hpr_status open_walkers(const hpr_link_refinement *r, walker *walkers, int threads)
 {
     hpr_context *ctx = r->links->context;
     size_t occluders = hpr_visibility_occluder_count(r->visibility);
@@ -281,7 +281,7 @@ static hpr_status open_walkers(const hpr_refinement *r, walker *walkers, int thr
     return status;
 }
 
-static void close_walkers(const hpr_refinement *r, walker *walkers, int threads)
+static void close_walkers(const hpr_link_refinement *r, walker *walkers, int threads)
 {
     hpr_context *ctx = r->links->context;
     for (int t = 0; t < threads; t++) {
@@ -294,7 +294,8 @@ static void close_walkers(const hpr_refinement *r, walker *walkers, int threads)
 }
 
 /* The lists of all threads in the order of the tasks. */
-static hpr_status join_lists(const hpr_refinement *r, const walker *walkers, const task *tasks, size_t count)
+static hpr_status join_lists(const hpr_link_refinement *r, const walker *walkers, const task *tasks,
+                             size_t count)
 {
     hpr_links *links = r->links;
     size_t total = 0;
@@ -313,7 +314,7 @@ static hpr_status join_lists(const hpr_refinement *r, const walker *walkers, con
     return status;
 }
 
-hpr_status hpr_links_refine(const hpr_refinement *r)
+hpr_status hpr_links_refine(const hpr_link_refinement *r)
 {
     hpr_context *ctx = r->links->context;
     int threads = hpr_context_threads(ctx);

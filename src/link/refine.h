@@ -8,18 +8,18 @@
 /* The piece of a patch that a node is: the whole node, or the only open part of a leaf. */
 hpr_facet hpr_node_facet(const hpr_coverage *coverage, const hpr_tree *tree, size_t node);
 
-typedef struct hpr_refinement {
+typedef struct hpr_link_refinement {
     const hpr_coverage *coverage;
     const hpr_visibility *visibility;
     const hpr_views *views;
     const uint8_t *verdict; /* [patches][patches] hpr_verdict, upper triangle */
     hpr_links *links; /* tree, area_m2 and link_tolerance are set; count, partly_count and link are filled */
-} hpr_refinement;
+} hpr_link_refinement;
 
 /*
  * Goes down from every pair of patches that see each other until the link may stand. Runs in parallel, same
  * links in the same order for any thread count. Errors: HPR_ERR_MEMORY, HPR_ERR_INTERRUPTED.
  */
-hpr_status hpr_links_refine(const hpr_refinement *refinement);
+hpr_status hpr_links_refine(const hpr_link_refinement *refinement);
 
 #endif

@@ -134,23 +134,47 @@ static void shut_down(gathering *g)
     hpr_visibility_destroy(&g->visibility);
 }
 
-hpr_status hpr_spots_gather(const hpr_links *links, const hpr_coverage *coverage, size_t channel_count,
-                            const double *sent, double tolerance, size_t count, const hpr_spot *spot,
-                            double *irradiance)
+/* As a block of its own kind: no degree is so high. */
+static hpr_kept_block name_spot(const hpr_spots_task *task, size_t i)
 {
-    hpr_context *ctx = links->context;
-    gathering g = {.links = links,
-                   .coverage = coverage,
-                   .elements = links->tree->elements,
-                   .channel_count = channel_count,
-                   .sent = sent,
-                   .tolerance = tolerance};
+    return (hpr_kept_block){.recv = (uint32_t)i,
+                            .send = task->call,
+                            .recv_degree = UINT8_MAX,
+                            .send_degree = UINT8_MAX,
+                            .count = (uint32_t)task->channel_count};
+}
+
+/* What was gathered before a solve was stopped, or is now. */
+static void take_spot(const gathering *g, worker *w, const hpr_spots_task *task, size_t i, double *irradiance)
+{
+    const hpr_block_keeper *keeper = task->keeper;
+    hpr_kept_block block = name_spot(task, i);
+    if (keeper && keeper->find && keeper->find(keeper->user, &block)) {
+        memcpy(irradiance, block.block, task->channel_count * sizeof *irradiance);
+        return;
+    }
+    gather_spot(g, w, &task->spot[i], irradiance);
+    block.block = irradiance;
+    if (keeper && keeper->keep)
+        keeper->keep(keeper->user, &block);
+}
+
+hpr_status hpr_spots_gather(const hpr_spots_task *task, double *irradiance)
+{
+    hpr_context *ctx = task->links->context;
+    gathering g = {.links = task->links,
+                   .coverage = task->coverage,
+                   .elements = task->links->tree->elements,
+                   .channel_count = task->channel_count,
+                   .sent = task->sent,
+                   .tolerance = task->tolerance};
     hpr_status status = prepare(&g);
     if (status == HPR_OK) {
 #pragma omp parallel for schedule(dynamic, 1) num_threads(hpr_context_threads(ctx))
-        for (size_t i = 0; i < count; i++) {
+        for (size_t i = 0; i < task->count; i++) {
             if (!hpr_cancelled(ctx))
-                gather_spot(&g, &g.workers[omp_get_thread_num()], &spot[i], irradiance + i * channel_count);
+                take_spot(&g, &g.workers[omp_get_thread_num()], task, i,
+                          irradiance + i * task->channel_count);
         }
         if (hpr_cancelled(ctx))
             status = hpr_fail(ctx, HPR_ERR_INTERRUPTED, "interrupted while the error was measured");

@@ -74,6 +74,21 @@ static void choose_spots(measuring *m)
     }
 }
 
+static hpr_status gather_spots(measuring *m, const double *sent, double tolerance)
+{
+    enum { MOST = 4096 }; /* points of a call, so that each of each step has a number of its own */
+    const hpr_spots_task task = {.links = m->transport->links,
+                                 .coverage = m->transport->coverage,
+                                 .channel_count = m->solution->channel_count,
+                                 .sent = sent,
+                                 .tolerance = tolerance,
+                                 .count = m->count,
+                                 .spot = m->spot,
+                                 .keeper = m->transport->keeper,
+                                 .call = (uint32_t)(MOST * (size_t)m->solution->summary.steps + m->count)};
+    return hpr_spots_gather(&task, m->irradiance);
+}
+
 /* What the nodes send: M through the basis, of all patches or those on which it varies, and what is
  * reflected. */
 static hpr_status gather(measuring *m, double tolerance)
@@ -102,8 +117,7 @@ static hpr_status gather(measuring *m, double tolerance)
     for (size_t patch = 0; status == HPR_OK && patch < patches->count; patch++)
         hpr_operator_send(op, patch, radiosity);
     if (status == HPR_OK)
-        status = hpr_spots_gather(m->transport->links, m->transport->coverage, n, op->sent, tolerance,
-                                  m->count, m->spot, m->irradiance);
+        status = gather_spots(m, op->sent, tolerance);
     hpr_operator_destroy(&op);
     hpr_release(ctx, radiosity);
     return status;

@@ -123,13 +123,14 @@ hpr_status hpr_tolerance_solve(hpr_solution *solution, const hpr_solve_series *s
     bool last = false;
     uint32_t count = 1;
     series = series ? series : &whole;
+    demand.keeper = series->blocks;
     hpr_status status = take_up(solution, series, &done, &count);
     for (; status == HPR_OK && !last; count++) {
         step s = {0};
         double step_begun = omp_get_wtime();
+        summary->steps = (int)count;
         status = take_step(solution, &demand, &s);
         summary->reached = summary->error_estimate <= summary->options.tolerance;
-        summary->steps = (int)count;
         last = summary->reached || count >= MAX_STEPS || !within_limits(summary, begun, step_begun);
         if (status == HPR_OK && !last)
             status = prepare_step(solution, series, &s, count, &done, &last);

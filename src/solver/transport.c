@@ -143,6 +143,7 @@ static hpr_status link_up(const hpr_solution *solution, const hpr_coverage *cove
                                      .block_tolerance = asked->block_tolerance,
                                      .blocked_tolerance = asked->blocked_tolerance,
                                      .known = asked->known,
+                                     .keeper = asked->keeper,
                                      .counted = counted,
                                      .constant = options->method == HPR_METHOD_HIERARCHICAL,
                                      .most_bytes = most_bytes(options),
@@ -208,7 +209,7 @@ static void split(hpr_solution *solution, hpr_transport *t)
 hpr_status hpr_transport_solve(hpr_solution *solution, const hpr_transport_demand *demand, hpr_transport *t)
 {
     hpr_context *ctx = solution->context;
-    *t = (hpr_transport){0};
+    *t = (hpr_transport){.keeper = demand->keeper};
     hpr_stage_begin(ctx, "assembly");
     hpr_status status = hpr_coverage_create(solution->patches, solution->elements, &t->coverage);
     if (status == HPR_OK)

@@ -13,12 +13,14 @@ typedef struct hpr_transport_demand {
     double direct_tolerance;                                   /* of the moments of direct light, */
     double open_direct_tolerance;                              /* where nothing blocks it */
     double solver_tolerance;
-    const hpr_links *known; /* of the elements before they were refined (link/links.h), or NULL */
+    const hpr_block_keeper *keeper; /* or NULL */
+    const hpr_links *known;         /* of the elements before they were refined (link/links.h), or NULL */
 } hpr_transport_demand;
 
 typedef struct hpr_transport {
     hpr_coverage *coverage;
     hpr_links *links;
+    const hpr_block_keeper *keeper; /* borrowed; or NULL */
     hpr_mass mass;
     double *direct; /* [channels][dofs] coefficients of what is evaluated at points: D, or the like */
     double *glow;   /* [channels][dofs] of what textured emitters send through the blocks, where the others' D

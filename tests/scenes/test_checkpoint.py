@@ -57,6 +57,7 @@ def check_every_step(command, whole, told):
         cut = {**kept, "refinements": [r for r in kept["refinements"] if r[0] < step]}
         with open(os.path.join(command.folder, "cut.json"), "w", encoding="utf-8") as file:
             json.dump(cut, file)
+        remove(command, "cut.json.blocks")
         result = command(*SOLVE, "--threads", str(step), "-o", "cut.glb", "--resume", "cut.json", "--checkpoint", "cut.json",
                          "--report", "r.json")
         now = report(command, "r.json")
@@ -67,14 +68,44 @@ def check_every_step(command, whole, told):
         check(f"resumed at step {step}: the checkpoint is that of the whole", report(command, "cut.json") == kept)
 
 
+def steps_of(command, name):
+    """Refinements that a checkpoint holds."""
+    return len(report(command, name)["refinements"]) if name in command.listing() else 0
+
+
+def check_blocks(command, whole):
+    """Blocks are read, not integrated again; whatever is broken of them is made anew."""
+    made = None
+    path = os.path.join(command.folder, "end.json.blocks")
+    with open(path, "rb") as file:
+        kept = file.read()
+    for what, data, least, most in (("none", None, 1, 1), ("all", kept, 0, 0), ("a part", kept[:len(kept) * 3 // 4 + 5], 1, .9),
+                                    ("one bit wrong", kept[:len(kept) // 2] + bytes([kept[len(kept) // 2] ^ 1]) +
+                                     kept[len(kept) // 2 + 1:], 1, .9),
+                                    ("of something else", b"x" * 200, 1, 1)):
+        remove(command, "end.json.blocks")
+        if data is not None:
+            with open(path, "wb") as file:
+                file.write(data)
+        result = command(*SOLVE, "-o", "b.glb", "--resume", "end.json", "--report", "b.json")
+        now = report(command, "b.json")["counters"]
+        good = digest(command, "b.glb") == whole
+        check(f"blocks kept: {what}: the same bits", [*problems(result, 0, ["integrated again"] if what == "of something else" else []), *([] if good else ["other bits"])])
+        made = made or now
+        share = now["pairs_partial"] / made["pairs_partial"]
+        check(f"blocks kept: {what}: {share:.2f} of those past obstacles integrated", (share > 0) == (least > 0) and share <= most)
+    with open(path, "wb") as file:
+        file.write(kept)
+
+
 def check_kills(command, whole, duration, kills):
     """At random moments; every other time not before there is a checkpoint."""
     moments = random.Random(1)
     wrong, killed, resumed = [], 0, 0
     for i in range(kills):
-        remove(command, "k.json", "k.glb")
+        remove(command, "k.json", "k.json.blocks", "k.glb")
         process = command.start(*SOLVE, "-o", "k.glb", "--checkpoint", "k.json")
-        while i % 2 and process.poll() is None and "k.json" not in command.listing():
+        while i % 2 and process.poll() is None and not steps_of(command, "k.json"):
             time.sleep(.01)
         try:
             process.communicate(timeout=moments.uniform(0, duration / (1 + i % 2)))
@@ -126,6 +157,7 @@ def main():
             shutil.copy(os.path.join(sys.argv[2], name), folder)
         whole, told, duration = check_whole(command)
         check_every_step(command, whole, told)
+        check_blocks(command, whole)
         check_refusals(command)
         check_kills(command, whole, duration, kills)
     return done()

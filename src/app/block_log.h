@@ -4,7 +4,7 @@
  * whatever stops the program, all but the last few are there; the end of a broken file is left out. Binary,
  * in the byte order of the machine: the magic "HPRBLK01", 64 hexadecimal digits that say what the solve is
  * made of, then records of 48 bytes (recv, send, degrees, count, short_count, check sum, three errors) and
- * count doubles. Deleting it costs time, nothing else.
+ * count doubles. Deleting it costs time, and at most the last bit of a block.
  */
 #ifndef HPR_APP_BLOCK_LOG_H
 #define HPR_APP_BLOCK_LOG_H

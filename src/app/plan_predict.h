@@ -9,8 +9,8 @@
  * integrated (above HPR_PLAN_FEW_PATCHES: from the share of pairs that see each other). With b the bytes of
  * the blocks and q the part of links that see partly
  *   memory = 20 MB + 1.05 b,  CPU seconds = m (0.17 + (0.065 + 0.145 q) b / MB),
- * and of each patch 3 kB and 30 microseconds besides, here and below;
- * m the slowness of the machine (plan_trial.h). Of a tolerance t: the elements of the first step, b0 bytes,
+ * m the slowness of the machine (plan_trial.h), and of each patch 3 kB and 30 microseconds besides, here and
+ * below. Of a tolerance t: the elements of the first step, b0 bytes,
  * and the factor g >= 1 by which their coefficients grow,
  *   g = 1 where the light is constant,
  *   g = (3.6 / t)^0.5 where patches touch that see each other, (0.1 / t)^0.7 with things in the way,

@@ -41,9 +41,8 @@ const struct poptOption cli_solve_options[] = {
     {"max-time", 0, POPT_ARG_STRING, NULL, CLI_OPTION_MAX_TIME,
      "with --tol: begin no refinement that would probably end later than S seconds after the first", "S"},
     {"max-memory", 0, POPT_ARG_STRING, NULL, CLI_OPTION_MAX_MEMORY,
-     "refuse what needs more for kernel blocks, as 500M or 4G (default half of the machine's memory); with "
-     "--tol: "
-     "begin no refinement that would probably need more",
+     "refuse what needs more for kernel blocks, as 500M or 4G (default half of the machine's memory); "
+     "with --tol: begin no refinement that would probably need more",
      "BYTES"},
     {"direct", 0, POPT_ARG_STRING, NULL, CLI_OPTION_DIRECT,
      "direct light: evaluated at every point, or through the basis (default exact)", "exact|galerkin"},

@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import re
 import struct
 import subprocess
 import sys
@@ -163,6 +164,8 @@ def check_help(command):
         missing = [option for option in options + COMMON if f" {option}" not in result.stdout]
         check(f"{name} --help names every option",
               [*problems(result, 0), *missing, *(["no usage"] if f"Usage: {name}" not in result.stdout else [])])
+        check(f"{name} --help leaves its texts room", [line for line in re.findall(r"^ {2}(?:-\w, | {4})--\S+", result.stdout, re.M)
+                                                       if len(line) > 30])
         check(f"{name} --help has an example", "Example" in result.stdout and f"\n  {name} " in result.stdout)
     result = command("--help")
     check("hprad --help lists the verbs", [v for v in OPTIONS if v and f"hprad {v}" not in result.stdout])

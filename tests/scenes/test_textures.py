@@ -9,12 +9,12 @@ import os
 import struct
 import sys
 import tempfile
-import zlib
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 import exr  # noqa: E402
 import z_test  # noqa: E402
 from cli_support import Command  # noqa: E402
+from png import png, uri  # noqa: E402
 from tap import check, done  # noqa: E402
 
 # Inner sides of the unit cube: origin, edge along u, edge along v.
@@ -35,21 +35,8 @@ OkNERUZHSElKU1RVVldYWVpjZGVmZ2hpanN0dXZ3eHl6goOEhYaHiImKkpOUlZaXmJmaoqOkpaanqKmq
 """)
 
 
-def png(rows):
-    """A PNG of these rows of (r, g, b)."""
-    def chunk(kind, data):
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-    raw = b"".join(b"\0" + bytes(x for pixel in row for x in pixel) for row in rows)
-    head = struct.pack(">IIBBBBB", len(rows[0]), len(rows), 8, 2, 0, 0, 0)
-    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(raw)) + chunk(b"IEND", b"")
-
-
 def chequers(side, colours=(WHITE, DARK)):
     return [[colours[(x + y) % 2] for x in range(side)] for y in range(side)]
-
-
-def uri(kind, data):
-    return f"data:{kind};base64," + base64.b64encode(data).decode()
 
 
 def image(picture):

@@ -17,7 +17,8 @@ enum {
 
 static const struct poptOption options[] = {
     {"output", 'o', POPT_ARG_STRING, NULL, OPTION_OUTPUT,
-     "the matrix (default: the model's base name with .npy, in the working folder)", "F.npy|F.csv|F.txt"},
+     "the matrix, as .npy, .csv or .txt (default: the model's base name with .npy, in the working folder)",
+     "F.npy"},
     {"tol", 0, POPT_ARG_STRING, NULL, OPTION_TOLERANCE, "relative tolerance of each entry (default 1e-9)",
      "E"},
     {"order", 0, POPT_ARG_STRING, NULL, OPTION_ORDER,

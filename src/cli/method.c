@@ -6,9 +6,9 @@
 
 const struct poptOption cli_method_options[] = {
     {"method", 0, POPT_ARG_STRING, NULL, CLI_OPTION_METHOD,
-     "hprad's own (default), hierarchical radiosity with constants, or constants and the full matrix of form "
-     "factors by hemicube, by ray casting, or as hprad integrates them",
-     "galerkin|hierarchical|hemicube|raycast|exact"},
+     "galerkin, hprad's own (default); hierarchical, constants on links; or constants and the full matrix of "
+     "form factors, by hemicube, by raycast (discs), or exact, as hprad integrates them",
+     "NAME"},
     {"hemicube", 0, POPT_ARG_STRING, NULL, CLI_OPTION_HEMICUBE,
      "pixels along an edge of the hemicube, an even number up to 4096 (default 256)", "N"},
     {"rays", 0, POPT_ARG_STRING, NULL, CLI_OPTION_RAYS,

@@ -31,13 +31,12 @@ const struct poptOption cli_solve_options[] = {
      "N"},
     {"tol", 0, POPT_ARG_STRING, NULL, CLI_OPTION_TOLERANCE,
      "relative L2 error of the irradiance: solve again on elements that are refined, from whole patches, "
-     "until "
-     "the estimated error is below E; --order and --subdivide then say what to begin with",
+     "until the estimated error is below E; --order and --subdivide then say what to begin with",
      "E"},
     {"refine", 0, POPT_ARG_STRING, NULL, CLI_OPTION_REFINE,
-     "with --tol: raise degrees where the light is smooth and halve elements where it is not, or only one of "
-     "the two (default hp)",
-     "h|p|hp"},
+     "with --tol: p, raise degrees; h, halve elements; hp, the one where the light is smooth and the other "
+     "where it is not (default hp)",
+     "WAY"},
     {"max-time", 0, POPT_ARG_STRING, NULL, CLI_OPTION_MAX_TIME,
      "with --tol: begin no refinement that would probably end later than S seconds after the first", "S"},
     {"max-memory", 0, POPT_ARG_STRING, NULL, CLI_OPTION_MAX_MEMORY,
@@ -45,30 +44,29 @@ const struct poptOption cli_solve_options[] = {
      "with --tol: begin no refinement that would probably need more",
      "BYTES"},
     {"direct", 0, POPT_ARG_STRING, NULL, CLI_OPTION_DIRECT,
-     "direct light: evaluated at every point, or through the basis (default exact)", "exact|galerkin"},
+     "direct light: exact, evaluated at every point, or galerkin, through the basis (default exact)", "WAY"},
     {"environment", 0, POPT_ARG_STRING, NULL, CLI_OPTION_ENVIRONMENT,
-     "uniform radiance from outside, W/m2/sr, seen by surfaces and cameras: one number, or one per channel "
-     "(default 0)",
-     "L|R,G,B"},
+     "uniform radiance from outside, W/m2/sr, seen by surfaces and cameras: one number, or one per channel, "
+     "as R,G,B (default 0)",
+     "L"},
     {"link-tol", 0, POPT_ARG_STRING, NULL, CLI_OPTION_LINK_TOLERANCE,
      "what links between groups of elements may leave out of the operator, relative to its norm (default: "
-     "what "
-     "the number of elements allows)",
+     "what the number of elements allows)",
      "T"},
     {"block-tol", 0, POPT_ARG_STRING, NULL, CLI_OPTION_BLOCK_TOLERANCE,
      "relative tolerance of each transport block (default 1e-13 where nothing blocks anything, else by what "
      "the blocked ones would cost)",
      "T"},
     {"solver", 0, POPT_ARG_STRING, NULL, CLI_OPTION_SOLVER,
-     "how the linear system is solved: Gauss-Seidel sweeps, GMRES, gathering (Jacobi), shooting (progressive "
-     "refinement), direct (elimination, of a full matrix only); default auto: Gauss-Seidel, and GMRES where "
-     "that takes long",
-     "auto|gauss-seidel|gmres|gathering|shooting|direct"},
+     "how the linear system is solved: gauss-seidel, gmres, gathering (Jacobi), shooting (progressive "
+     "refinement), direct (elimination, of a full matrix only), or auto (default): Gauss-Seidel, and GMRES "
+     "where that takes long",
+     "NAME"},
     {"max-sweeps", 0, POPT_ARG_STRING, NULL, CLI_OPTION_MAX_SWEEPS, "iteration limit of the solver", "N"},
     {"max-reflectance", 0, POPT_ARG_STRING, NULL, CLI_OPTION_MAX_REFLECTANCE,
      "scale reflectances above R down to R", "R"},
     {"metallic", 0, POPT_ARG_STRING, NULL, CLI_OPTION_METALLIC,
-     "how the metallic part of a material reflects (default diffuse)", "black|diffuse"},
+     "how the metallic part of a material reflects: diffuse or black (default diffuse)", "WAY"},
     {"scene-index", 0, POPT_ARG_STRING, NULL, CLI_OPTION_SCENE_INDEX,
      "which scene of the file, from 0 (default: the file's choice)", "N"},
     {"report", 0, POPT_ARG_STRING, NULL, CLI_OPTION_REPORT, "write what was done and what it cost as JSON",

@@ -12,10 +12,9 @@ static const struct poptOption options[] = {
     {"output", 'o', POPT_ARG_STRING, NULL, OPTION_OUTPUT,
      "the pictures; {camera} and {frame:04} are replaced (default: the input's base name with .exr, in the "
      "working folder)",
-     "'DIR/{camera}.exr'"},
+     "OUT.exr"},
     {"environment", 0, POPT_ARG_STRING, NULL, OPTION_ENVIRONMENT,
-     "of a scene that is solved first: uniform radiance from outside, W/m2/sr (a solution has its own)",
-     "L|R,G,B"},
+     "of a scene that is solved first: uniform radiance from outside, W/m2/sr (a solution has its own)", "L"},
     {"report", 0, POPT_ARG_STRING, NULL, OPTION_REPORT, "write what was done and what it cost as JSON",
      "R.json"},
     {NULL, 0, POPT_ARG_INCLUDE_TABLE, (void *)cli_render_options, 0, "What to show:", NULL},

@@ -13,9 +13,9 @@ enum { MAX_SAMPLES = 4096, MAX_FILTER_WIDTH = 16, MAX_ORBIT = 1000000 };
 
 const struct poptOption cli_render_options[] = {
     {"camera", 0, POPT_ARG_STRING, NULL, CLI_OPTION_CAMERA,
-     "one camera, by name or index, or all of them (default all)", "NAME|all"},
+     "one camera, by name or index, or all (default all)", "NAME"},
     {"camera-file", 0, POPT_ARG_STRING, NULL, CLI_OPTION_CAMERA_FILE,
-     "a glTF file whose cameras take the place of the scene's", "FILE.gltf"},
+     "a glTF file whose cameras take the place of the scene's", "FILE"},
     {"orbit", 0, POPT_ARG_STRING, NULL, CLI_OPTION_ORBIT,
      "N pictures around the scene: the chosen camera, turned about the vertical through the scene's centre",
      "N"},
@@ -26,10 +26,10 @@ const struct poptOption cli_render_options[] = {
     {"size", 0, POPT_ARG_STRING, NULL, CLI_OPTION_SIZE, "pixels (default: 512 high, width from the camera)",
      "WxH"},
     {"crop", 0, POPT_ARG_STRING, NULL, CLI_OPTION_CROP,
-     "only the pixels x0 <= x < x1, y0 <= y < y1 of the picture", "X0,Y0,X1,Y1"},
+     "X0,Y0,X1,Y1: only the pixels X0 <= x < X1, Y0 <= y < Y1 of the picture", "BOX"},
     {"samples", 0, POPT_ARG_STRING, NULL, CLI_OPTION_SAMPLES, "rays per pixel (default 4)", "N"},
     {"filter", 0, POPT_ARG_STRING, NULL, CLI_OPTION_FILTER,
-     "how rays are spread around a pixel's centre (default box)", "box|gaussian"},
+     "how rays are spread around a pixel's centre: box or gaussian (default box)", "NAME"},
     {"filter-width", 0, POPT_ARG_STRING, NULL, CLI_OPTION_FILTER_WIDTH,
      "width of the whole filter, up to 16 pixels (default 1, of gaussian 3: six standard deviations)", "W"},
     {"aov", 0, POPT_ARG_STRING, NULL, CLI_OPTION_LAYERS,
@@ -42,7 +42,7 @@ const struct poptOption cli_render_options[] = {
     {"exposure", 0, POPT_ARG_STRING, NULL, CLI_OPTION_EXPOSURE,
      "factor on the radiance in previews (default: chosen for each, and stated)", "X"},
     {"false-colour", 0, POPT_ARG_STRING, NULL, CLI_OPTION_FALSE_COLOUR,
-     "write the irradiance in colours beside each EXR, from 0 to TOP W/m2 or chosen for each", "auto|TOP"},
+     "write the irradiance in colours beside each EXR, from 0 to TOP W/m2, or auto: chosen for each", "TOP"},
     {"compare", 0, POPT_ARG_STRING, NULL, CLI_OPTION_COMPARE,
      "compare each picture with an EXR: say RMSE, relative MSE and PSNR, write the difference beside it. The "
      "size, unless given, is that of REF",

@@ -46,7 +46,7 @@ static const struct poptOption options[] = {
      "h: every order on every subdivision; p: every order on the first; hp: order p with --grade p on the "
      "first (default h). With --tol the adaptive solves too: halve elements, raise degrees, or both "
      "(default hp)",
-     "h,p,hp"},
+     "LIST"},
     {"tol", 0, POPT_ARG_STRING, NULL, OPTION_TOLERANCES,
      "further solves of galerkin, refined to these tolerances as 'hprad solve --tol' is; numbers with commas "
      "between",
@@ -54,12 +54,13 @@ static const struct poptOption options[] = {
     {"method", 0, POPT_ARG_STRING, NULL, OPTION_METHOD,
      "galerkin, hierarchical, hemicube, raycast, exact; see 'hprad solve' (default galerkin)", "LIST"},
     {"direct", 0, POPT_ARG_STRING, NULL, OPTION_DIRECT,
-     "direct light of galerkin: evaluated at points, or through the basis (default exact)", "exact,galerkin"},
+     "direct light of galerkin: exact, evaluated at points, or galerkin, through the basis (default exact)",
+     "LIST"},
     {"truth", 0, POPT_ARG_STRING, NULL, OPTION_TRUTH,
-     "what is compared with: a solution of the scene, or order and subdivision, or the tolerance, of one "
-     "that "
-     "is made (default: finer than all runs, up to 12,000 coefficients; with --tol a fifth of the least)",
-     "SOL.glb|P,N|E"},
+     "what is compared with: a solution of the scene, SOL.glb, or order and subdivision, P,N, or the "
+     "tolerance, E, of one that is made (default: finer than all runs, up to 12,000 coefficients; with --tol "
+     "a fifth of the least)",
+     "TRUTH"},
     {"points", 0, POPT_ARG_STRING, NULL, OPTION_POINTS,
      "compare at these points too, as 'hprad probe' takes them; where the table has the irradiance there, as "
      "irradiance_r,..., with that",
@@ -73,13 +74,13 @@ static const struct poptOption options[] = {
     {"feet", 0, POPT_ARG_STRING, NULL, CLI_OPTION_FEET,
      "quarter elements that the foot of an object cuts, N times, 0 to 6 (default 0)", "N"},
     {"environment", 0, POPT_ARG_STRING, NULL, CLI_OPTION_ENVIRONMENT,
-     "uniform radiance from outside, W/m2/sr: one number, or one per channel (default 0)", "L|R,G,B"},
+     "uniform radiance from outside, W/m2/sr: one number, or one per channel, as R,G,B (default 0)", "L"},
     {"link-tol", 0, POPT_ARG_STRING, NULL, CLI_OPTION_LINK_TOLERANCE,
      "what links between groups of elements may leave out; of galerkin and hierarchical", "T"},
     {"block-tol", 0, POPT_ARG_STRING, NULL, CLI_OPTION_BLOCK_TOLERANCE,
      "relative tolerance of each transport block; of galerkin, hierarchical and exact", "T"},
-    {"solver", 0, POPT_ARG_STRING, NULL, CLI_OPTION_SOLVER, "how the linear systems are solved",
-     "auto|gauss-seidel|gmres|gathering|shooting|direct"},
+    {"solver", 0, POPT_ARG_STRING, NULL, CLI_OPTION_SOLVER,
+     "how the linear systems are solved; see 'hprad solve' (default auto)", "NAME"},
     {"hemicube", 0, POPT_ARG_STRING, NULL, CLI_OPTION_HEMICUBE,
      "pixels along an edge of the hemicube, an even number up to 4096 (default 256)", "N"},
     {"rays", 0, POPT_ARG_STRING, NULL, CLI_OPTION_RAYS,
@@ -89,7 +90,7 @@ static const struct poptOption options[] = {
     {"max-reflectance", 0, POPT_ARG_STRING, NULL, CLI_OPTION_MAX_REFLECTANCE,
      "scale reflectances above R down to R", "R"},
     {"metallic", 0, POPT_ARG_STRING, NULL, CLI_OPTION_METALLIC,
-     "how the metallic part of a material reflects (default diffuse)", "black|diffuse"},
+     "how the metallic part of a material reflects: diffuse or black (default diffuse)", "WAY"},
     {"scene-index", 0, POPT_ARG_STRING, NULL, CLI_OPTION_SCENE_INDEX,
      "which scene of the file, from 0 (default: the file's choice)", "N"},
     {NULL, 0, POPT_ARG_INCLUDE_TABLE, (void *)cli_common_options, 0, "Common:", NULL},

@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import re
 import struct
 import subprocess
 import sys
@@ -24,7 +25,7 @@ FILM = ["--camera", "--size", "--samples", "--png", "--exposure"]
 RENDER = [*FILM, "--camera-file", "--orbit", "--orbit-centre", "--frames", "--crop", "--filter", "--filter-width",
           "--aov", "--half", "--tiled", "--false-colour", "--compare"]
 METHOD = ["--method", "--hemicube", "--rays", "--shots", "--every"]
-OPTIONS = {"": SOLVE + RENDER, "solve": [*SOLVE, *METHOD, "--checkpoint", "--resume"], "render": [*RENDER, "--environment", "--report"], "probe": [],
+OPTIONS = {"": SOLVE + RENDER, "solve": [*SOLVE, *METHOD, "--checkpoint", "--resume"], "render": [*RENDER, "--environment", "--report"], "probe": ["--gather"],
            "plan": ["--measure", *SOLVE],
            "batch": ["--jobs", "--memory", "--shard", "--dry-run"],
            "formfactors": ["--tol", "--order", "--use-eps", "--scene-index"],
@@ -163,6 +164,8 @@ def check_help(command):
         missing = [option for option in options + COMMON if f" {option}" not in result.stdout]
         check(f"{name} --help names every option",
               [*problems(result, 0), *missing, *(["no usage"] if f"Usage: {name}" not in result.stdout else [])])
+        check(f"{name} --help leaves its texts room", [line for line in re.findall(r"^ {2}(?:-\w, | {4})--\S+", result.stdout, re.M)
+                                                       if len(line) > 30])
         check(f"{name} --help has an example", "Example" in result.stdout and f"\n  {name} " in result.stdout)
     result = command("--help")
     check("hprad --help lists the verbs", [v for v in OPTIONS if v and f"hprad {v}" not in result.stdout])
@@ -482,6 +485,10 @@ def check_probe(command):
     os.remove(path_of(command, "out.csv"))
     result = command("probe", "one.glb", "points.csv", "-o", "-")
     check("probe: -o - is stdout", list(csv.DictReader(result.stdout.splitlines())) == rows)
+    gathered = list(csv.DictReader(command("probe", "one.glb", "points.csv", "--gather").stdout.splitlines()))
+    plain, other = (float(r[0]["irradiance_r"]) for r in (rows, gathered))
+    check(f"probe --gather: such a table, too ({other / plain - 1:.1e})",
+          [row["status"] for row in gathered] == ["ok", "nomatch"] and abs(other / plain - 1) < .2)
 
 
 def check_signals(command):

@@ -45,6 +45,13 @@ def main():
     check("completion offers the verbs", [v for v in verbs if v not in complete(completion, hprad, "")])
     check("completion offers what begins like the word", complete(completion, hprad, "render", "--orb") == ["--orbit", "--orbit-centre"])
     check("completion offers values", complete(completion, hprad, "render", "--filter", "g") == ["gaussian"])
+    helped = {verb: run(hprad, verb, "--help").stdout for verb in ("solve", "render")}
+    for verb, option in (("solve", "--direct"), ("render", "--filter"), ("solve", "--isa"), ("solve", "--metallic"),
+                         ("solve", "--method"), ("solve", "--refine"), ("solve", "--solver")):
+        text = re.search(rf"^ +{option}=(.*?)(?=^ +-|^$)", helped[verb], re.MULTILINE | re.DOTALL)[1]
+        values = complete(completion, hprad, verb, option, "")
+        check(f"the help of {option} has the values that completion offers",
+              [value for value in values if not re.search(rf"\b{value}\b", text)] if values else ["no value"])
     if shutil.which("groff"):
         result = run("groff", "-man", "-Tutf8", "-ww", page)
         check("the page is sound troff", [] if not result.stderr and not result.returncode else [result.stderr])

@@ -1,4 +1,4 @@
-# Completion of hprad for bash. It asks the command itself, so it knows what this version knows.
+# Completion of hprad for bash. Verbs and options it asks of the command itself, so it knows what this version knows.
 
 _hprad()
 {
@@ -14,14 +14,19 @@ _hprad()
             grep -Eo '^ {2}(-[a-z], | {4})--[a-z-]+' | grep -Eo '[-]-[a-z-]+')" -- "$word")
         return
     fi
-    # Words that an option takes: --filter=box|gaussian
-    if [[ $before == --* ]]; then
-        local values
-        values=$("$command" ${verb:+"$verb"} --help 2>/dev/null | sed -n "s/^ *\(-[a-z], \)\?$before=\([a-z|-]*|[a-z|-]*\)\( .*\)\?$/\2/p")
-        if [[ $values ]]; then
-            mapfile -t COMPREPLY < <(compgen -W "${values//|/ }" -- "$word")
-            return
-        fi
+    local values=
+    case $before in
+    --direct) values="exact galerkin" ;;
+    --filter) values="box gaussian" ;;
+    --isa) values="auto sse2 avx2 avx512" ;;
+    --metallic) values="diffuse black" ;;
+    --method) values="galerkin hierarchical hemicube raycast exact" ;;
+    --refine) values="h p hp" ;;
+    --solver) values="auto gauss-seidel gmres gathering shooting direct" ;;
+    esac
+    if [[ $values ]]; then
+        mapfile -t COMPREPLY < <(compgen -W "$values" -- "$word")
+        return
     fi
     mapfile -t COMPREPLY < <(compgen -f -- "$word")
     if [[ $COMP_CWORD -eq 1 ]]; then

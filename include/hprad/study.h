@@ -60,9 +60,10 @@ typedef struct hpr_job_study_options {
                                            12,000 coefficients; with HPR_STUDY_HP 2 orders more, 2 levels of
                                            grading more, and the first subdivision */
     int refine;                       /**< hpr_study_way, bits, of the runs of given order */
-    size_t tolerance_count;           /**< adaptive runs of HPR_METHOD_GALERKIN beside them; 0: none */
+    size_t tolerance_count;           /**< adaptive runs of HPR_METHOD_GALERKIN beside them, and of
+                                           HPR_METHOD_HIERARCHICAL, which only halves; 0: none */
     const double *tolerance;          /**< each in (0, 1) */
-    int adapt;                        /**< hpr_study_way, bits, of the adaptive runs */
+    int adapt;                        /**< hpr_study_way, bits, of the adaptive runs of HPR_METHOD_GALERKIN */
     size_t order_count, subdivide_count, method_count, direct_count; /**< none may be 0 */
     const int *order, *subdivide;                                    /**< rising */
     const hpr_method *method;      /**< of a method with constants only, order 0 stands for all orders */

@@ -196,6 +196,12 @@ def check_adaptive(command, plates):
     late = study(command, *options, "--tol", "1e-6", "--max-time", "1e-9", "--truth", "12,1", name="b.csv")[1]
     check("--max-time: the first step stands, and its estimate says that the tolerance was missed",
           float(late["error_estimate"]) > 1e-6 and late["elements"] == "2")
+    told = study(command, plates, "--orders", "0", "--subdivide", "0", "--method", "hierarchical", "--tol", "1e-1,5e-2", "--truth", "12,1",
+                 name="c.csv")
+    wrong = [f"{r['tolerance']}: {r['error_l2']}, estimated {r['error_estimate']}" for r in told[1:]
+             if not float(r["error_l2"]) <= float(r["error_estimate"]) <= float(r["tolerance"]) or r["dofs"] != r["elements"]]
+    check("adaptive constants: halved until the tolerance is met", wrong + ([] if [r["refine"] for r in told] ==
+          ["uniform", "adaptive h", "adaptive h"] else ["other rows"]))
     told = study(command, *options, "--tol", "1e-1,1e-2", name="b.csv")
     check("compared with a fifth of the least tolerance", {r["truth"] for r in told} == {"tolerance 0.002"})
     told = study(command, *options, "--tol", "1e-1", "--truth", "1e-4", name="b.csv")

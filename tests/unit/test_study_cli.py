@@ -79,6 +79,24 @@ def check_strategies(command, plates):
             check(f"hp is best at {error:g}: {cost}", [] if hp <= p < math.inf and hp < h else [f"hp {hp}, h {h}, p {p}"])
 
 
+def check_curves(command, corner, truth):
+    """The two curves of one table. With e = C exp(-c N^(1/4)) the slope of ln e over N^(1/4) stays the same, a faster
+    fall makes it steeper; the best that uniform elements do, a power of N, flattens it: to 0.56 of its first half, were
+    all of hp's six errors on the power that fits them best."""
+    rows = study(command, corner, "--orders", "1", "--subdivide", "0:4", "--tol", "1e-1,3e-2,1e-2,3e-3,1e-3,4e-4",
+                 *truth, name="curves.csv")
+    hp = [(float(r["dofs"]) ** .25, math.log(float(r["error_l2"]))) for r in rows if r["refine"] == "adaptive hp"]
+    first, second = ((b[1] - a[1]) / (b[0] - a[0]) for a, b in ((hp[0], hp[3]), (hp[3], hp[5])))
+    check("curves: hp falls exponentially in the fourth root of its coefficients, or faster",  # observed 1.28
+          [] if first < -.9 and second < .9 * first else [f"slopes {first:.3f} and {second:.3f}"])
+    uniform = {float(r["h_m"]): float(r["error_l2"]) for r in rows if r["refine"] == "uniform"}
+    rate = math.log2(uniform[.125] / uniform[.0625])
+    check("curves: uniform elements fall like h to h^(lambda + 1/2)",  # lambda = 0.63, each within 0.1; observed 0.98
+          [] if len(uniform) == 5 and .9 <= rate <= .63 + .6 else [f"{rate:.3f}"])
+    check("curves: their best error takes hp a tenth of their 2048 coefficients",
+          cheapest([r for r in rows if r["tolerance"]], min(uniform.values()), "dofs") <= 205)
+
+
 def check_edges(command, corner):
     """Two squares at a right angle: what limits uniform elements is the edge, whatever their degree, until they are
     graded toward it. The solution compared with errs by 7e-5 (README)."""
@@ -101,6 +119,7 @@ def check_edges(command, corner):
         if error < 1e-2 and not cheapest(graded, error, "dofs") < cheapest(uniform, error, "dofs"):
             wrong.append(f"{error:.1e}: {cheapest(graded, error, 'dofs')}, uniform {cheapest(uniform, error, 'dofs')}")
     check("edges: hp needs the fewest coefficients for every error below 1e-2", wrong)
+    check_curves(command, corner, truth)
 
 
 def write_known(command, name, value):

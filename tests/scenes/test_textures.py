@@ -188,6 +188,10 @@ def check_glow_at_points(command):
             m = math.pi * linear((WHITE, DARK)[i % 2][channel])
             off = max(off, abs(float(row["radiosity_" + name]) - .5 * float(row["irradiance_" + name]) - m))
     check(f"points show what their texel emits ({off:.1e})", off <= math.pi * 2 ** -24 + 1e-13)
+    gathered = run(command, "probe", "s.glb", "points.csv", "--gather").stdout
+    off = max(abs(float(a["irradiance_" + name]) / float(b["irradiance_" + name]) - 1) for name in "rgb"
+              for a, b in zip(*(csv.DictReader(table.splitlines()) for table in (gathered, points))))
+    check(f"and what arrives of that is what is gathered ({off:.1e})", 0 < off < .06)
     halves = [(1 + linear(c)) / 2 for c in DARK]  # of five walls; the sixth is the lamp, of radiance 1
     off = max(abs(e["emitted"] - math.pi * (1 + 5 * h)) / e["emitted"] for e, h in zip(energy, halves))
     check(f"they emit the mean of the picture ({off:.1e})", off < 1e-7)

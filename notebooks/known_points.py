@@ -49,7 +49,7 @@ def main(solution, count, out):
             writer = csv.writer(file)
             writer.writerow(COLUMNS[:6])
             writer.writerows([f"{x:.9g}" for x in point] for point in spread(patches, int(count)))
-        subprocess.run([os.environ.get("HPRAD", "../build/hprad"), "probe", solution, points, "-o", values, "--quiet"], check=True)
+        subprocess.run([os.environ.get("HPRAD", "../build/hprad"), "probe", solution, points, "-o", values, "--gather", "--quiet"], check=True)
         table = reader.study(values)
     with open(out, "w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file)

@@ -227,10 +227,11 @@ def check_adaptive(command, plates):
              if not float(r["error_l2"]) <= float(r["error_estimate"]) <= float(r["tolerance"]) or r["dofs"] != r["elements"]]
     check("adaptive constants: halved until the tolerance is met", wrong + ([] if [r["refine"] for r in told] ==
           ["uniform", "adaptive h", "adaptive h"] else ["other rows"]))
-    told = study(command, *options, "--tol", "1e-1,1e-2", name="b.csv")
+    # observed: 5e-4 of the run to 1e-2, below the 1.1e-3 that are estimated of what it is compared with
+    late = command("study", *options, "--tol", "1e-1,1e-2", "-o", "b.csv", "--quiet")
+    check("errors below that of the solution compared with are told", problems(late, 0, ["1 of 4 errors are below", "tolerance 0.002"]))
+    told = rows_of(command, "b.csv")
     check("compared with a fifth of the least tolerance", {r["truth"] for r in told} == {"tolerance 0.002"})
-    late = command("study", plates, "--orders", "6", "--subdivide", "2", "--tol", "1e-1", "-o", "b.csv", "--quiet")
-    check("errors below that of the solution compared with are told", problems(late, 0, ["1 of 2 errors are below", "tolerance 0.02"]))
     told = study(command, *options, "--tol", "1e-1", "--truth", "1e-4", name="b.csv")
     check("or with the one that is given", {r["truth"] for r in told} == {"tolerance 0.0001"})
 

@@ -46,13 +46,13 @@ def main(solution, count, out):
     with tempfile.TemporaryDirectory() as folder:
         points, values = (os.path.join(folder, name) for name in ("points.csv", "values.csv"))
         with open(points, "w", encoding="utf-8", newline="") as file:
-            writer = csv.writer(file)
+            writer = csv.writer(file, lineterminator="\n")
             writer.writerow(COLUMNS[:6])
             writer.writerows([f"{x:.9g}" for x in point] for point in spread(patches, int(count)))
         subprocess.run([os.environ.get("HPRAD", "../build/hprad"), "probe", solution, points, "-o", values, "--gather", "--quiet"], check=True)
         table = reader.study(values)
     with open(out, "w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file)
+        writer = csv.writer(file, lineterminator="\n")
         writer.writerow(COLUMNS)
         for i in range(len(table["x"])):
             writer.writerow([f"{table[c][i]:.7g}" if c.startswith("irr") else f"{table[c][i]:.9g}" for c in COLUMNS])

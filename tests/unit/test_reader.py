@@ -91,9 +91,11 @@ def check_reader(folder):
     check("known points: as many on each surface as its area asks for, with what is there",
           bool(len(on_lamp) == 60 and on_lamp.sum() == 12 and np.isfinite(known["irradiance_r"]).all()
                and (known["irradiance_r"][~on_lamp] > 0).all()))
-    run("study", "one.gltf", "--orders", "2", "--subdivide", "1", "--direct", "galerkin", "--truth", "2,1", "--points", "known.csv",
+    run("study", "one.gltf", "--orders", "2", "--subdivide", "1", "--direct", "exact,galerkin", "--truth", "2,1", "--points", "known.csv",
         "-o", "k.csv")
-    check("known points: the solution that they are of has them", bool(hprad_reader.study(path("k.csv"))["error_points_l2"][0] < 1e-6))
+    exact, coarse = hprad_reader.study(path("k.csv"))["error_points_l2"]
+    check("known points: gathered, so that they are what light evaluated at points is, and not what the basis makes of it",
+          bool(exact < 5e-4 and coarse > 1e-2))  # observed 1.4e-4 (what the lamp gets back is of degree 2 too) and 2.4e-2
     write_textured(path("one.gltf"), path("painted.gltf"))
     run("solve", "painted.gltf", "--order", "2", "--subdivide", "1", "-o", "painted.glb")
     solution = hprad_reader.solution(path("painted.glb"))

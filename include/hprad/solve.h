@@ -33,8 +33,9 @@ typedef enum hpr_direct_mode {
 typedef enum hpr_method {
     HPR_METHOD_GALERKIN,     /**< hprad's own */
     HPR_METHOD_HIERARCHICAL, /**< its degree 0 with constants on all levels: hierarchical radiosity (Hanrahan,
-                                Salzman & Aupperle 1991); link_tolerance 0 is then 0.3, direct light goes
-                                through the basis */
+                                Salzman & Aupperle 1991); link_tolerance 0 is then 0.3 (with a tolerance: a
+                                tenth of it), direct light goes through the basis; a tolerance is met by
+                                halving */
     HPR_METHOD_HEMICUBE,     /**< the others: see baseline.h */
     HPR_METHOD_RAYCAST,
     HPR_METHOD_EXACT

@@ -38,10 +38,10 @@ typedef struct hpr_study_row {
     /**
      * Errors of the irradiance, of the worst channel: ∫|H - H*| / ∫|H*|, the root of ∫(H - H*)^2 / ∫H*^2,
      * max|H - H*| / max|H*| over the points of the integrals, the same over the points given (H* as known
-     * there, if it is), and the
-     * largest error of a patch's mean over the largest mean.
+     * there, if it is), the root of sum (H - H*)^2 / sum H*^2 over these, and the largest error of a patch's
+     * mean over the largest mean.
      */
-    double error_l1, error_l2, error_linf, error_points, error_face_means;
+    double error_l1, error_l2, error_linf, error_points, error_points_l2, error_face_means;
     double error_estimate; /**< of an adaptive run: the solve's own, of error_l2 */
     double order_l2;       /**< log2 of the error_l2 of the row with one subdivision less over this one's */
 } hpr_study_row;
@@ -60,9 +60,10 @@ typedef struct hpr_job_study_options {
                                            12,000 coefficients; with HPR_STUDY_HP 2 orders more, 2 levels of
                                            grading more, and the first subdivision */
     int refine;                       /**< hpr_study_way, bits, of the runs of given order */
-    size_t tolerance_count;           /**< adaptive runs of HPR_METHOD_GALERKIN beside them; 0: none */
+    size_t tolerance_count;           /**< adaptive runs of HPR_METHOD_GALERKIN beside them, and of
+                                           HPR_METHOD_HIERARCHICAL, which only halves; 0: none */
     const double *tolerance;          /**< each in (0, 1) */
-    int adapt;                        /**< hpr_study_way, bits, of the adaptive runs */
+    int adapt;                        /**< hpr_study_way, bits, of the adaptive runs of HPR_METHOD_GALERKIN */
     size_t order_count, subdivide_count, method_count, direct_count; /**< none may be 0 */
     const int *order, *subdivide;                                    /**< rising */
     const hpr_method *method;      /**< of a method with constants only, order 0 stands for all orders */

@@ -24,6 +24,7 @@ static void note_options(cJSON *made_of, const hpr_job_solve_options *options, b
     note(made_of, "max-reflectance", options->read.max_reflectance, ok);
     note(made_of, "metallic", options->read.metallic_black, ok);
     note(made_of, "tol", solve->tolerance, ok);
+    hpr_json_text(made_of, "method", hpr_method_name(solve->method), ok);
     hpr_json_text(made_of, "refine", hpr_refine_name(solve->refine), ok);
     note(made_of, "order", solve->order, ok);
     note(made_of, "subdivide", solve->subdivide, ok);

@@ -328,6 +328,23 @@ static hpr_status make_rows(study *s)
     return status;
 }
 
+/* Errors below that of the truth tell nothing. Of one that no tolerance was asked of the estimate may be far
+ * too high. */
+static void warn_of_truth(const study *s)
+{
+    const hpr_solve_summary *truth = &s->truth->summary;
+    double own = truth->options.tolerance > 0 ? truth->error_estimate : 0;
+    size_t below = 0;
+    for (size_t i = 0; i < s->table.count; i++)
+        below += s->row[i].error_l2 < own;
+    if (below)
+        hpr_warn(s->job->context,
+                 "%zu of %zu errors are below %.1e, the estimated error of the solution compared with (%s): "
+                 "they may "
+                 "be that one's",
+                 below, s->table.count, own, s->truth_text);
+}
+
 /* The table once more, for all rows may have been found. */
 static hpr_status finish(study *s)
 {
@@ -360,6 +377,8 @@ static hpr_status run_study(study *s)
     s->table = (hpr_study_table){
         .labels = {slash ? slash + 1 : s->scene_path, s->truth_text, s->options_text}, .row = s->row};
     status = make_rows(s);
+    if (status == HPR_OK)
+        warn_of_truth(s);
     return status == HPR_OK ? finish(s) : status;
 }
 

@@ -212,18 +212,23 @@ static void measure_probes(const hpr_yardstick *y, const double *value, hpr_stud
 {
     size_t n = y->truth->channel_count;
     for (size_t c = 0; c < n; c++) {
-        double off_most = 0, all_most = 0;
+        double off_most = 0, all_most = 0, off2 = 0, all2 = 0;
         size_t matched = 0;
         for (size_t i = 0; i < y->probe_count; i++) {
             double exact = y->probe_value[n * i + c];
             if (isnan(exact))
                 continue;
+            double off = value[n * i + c] - exact;
             matched++;
-            off_most = fmax(off_most, fabs(value[n * i + c] - exact));
+            off2 += off * off;
+            all2 += exact * exact;
+            off_most = fmax(off_most, fabs(off));
             all_most = fmax(all_most, fabs(exact));
         }
-        if (matched)
-            row->error_points = fmax(row->error_points, relative(off_most, all_most)); /* NaN gives way */
+        if (!matched)
+            continue;
+        row->error_points = fmax(row->error_points, relative(off_most, all_most)); /* NaN gives way */
+        row->error_points_l2 = fmax(row->error_points_l2, sqrt(relative(off2, all2)));
     }
 }
 
@@ -254,7 +259,7 @@ hpr_status hpr_yardstick_measure(const hpr_yardstick *y, const hpr_solution *sol
         status = probe(y, solution, probed);
     if (status == HPR_OK) {
         row->error_l1 = row->error_l2 = row->error_linf = row->error_face_means = 0;
-        row->error_points = NAN;
+        row->error_points = row->error_points_l2 = NAN;
         for (size_t c = 0; c < n; c++)
             measure_channel(y, value, c, row);
         measure_probes(y, probed, row);

@@ -35,7 +35,7 @@ hpr_status hpr_yardstick_init(const hpr_solution *truth, const hpr_yardstick_poi
                               hpr_yardstick *yardstick);
 void hpr_yardstick_fini(hpr_yardstick *yardstick);
 
-/* Fills the five errors of `row` as hpr_study_row defines them; error_points is NaN without points.
+/* Fills the six errors of `row` as hpr_study_row defines them; those at points are NaN without points.
  * `solution` has the patches and channels of the truth (else HPR_ERR_FORMAT). Errors: also as above. */
 hpr_status hpr_yardstick_measure(const hpr_yardstick *yardstick, const hpr_solution *solution,
                                  hpr_study_row *row);

@@ -41,24 +41,31 @@ static void add_adaptive(list *l, const hpr_job_study_options *o, hpr_study_run 
         hpr_study_way way;
         hpr_refine_mode mode;
     } ways[] = {{HPR_STUDY_H, HPR_REFINE_H}, {HPR_STUDY_P, HPR_REFINE_P}, {HPR_STUDY_HP, HPR_REFINE_HP}};
+    int adapt = run.method == HPR_METHOD_HIERARCHICAL ? HPR_STUDY_H : o->adapt; /* constants stay constants */
     run.order = run.subdivide = HPR_CHOOSE;
     run.grade = o->solve.grade;
     for (int w = 0; w < 3; w++) {
         run.adapt = ways[w].mode;
-        for (size_t t = 0; (o->adapt & ways[w].way) && t < o->tolerance_count; t++) {
+        for (size_t t = 0; (adapt & ways[w].way) && t < o->tolerance_count; t++) {
             run.tolerance = o->tolerance[t];
             add(l, &run);
         }
     }
 }
 
+static bool can_adapt(hpr_method method)
+{
+    return method <= HPR_METHOD_HIERARCHICAL;
+}
+
 static hpr_status check_tolerances(hpr_context *ctx, const hpr_job_study_options *o)
 {
-    bool galerkin = false;
+    bool adapts = false;
     for (size_t m = 0; m < o->method_count; m++)
-        galerkin = galerkin || o->method[m] == HPR_METHOD_GALERKIN;
-    if (o->tolerance_count && !(galerkin && o->adapt))
-        return hpr_fail(ctx, HPR_ERR_ARG, "tolerances are of method galerkin only, and need a refinement");
+        adapts = adapts || can_adapt(o->method[m]);
+    if (o->tolerance_count && !(adapts && o->adapt))
+        return hpr_fail(ctx, HPR_ERR_ARG,
+                        "tolerances are of methods galerkin and hierarchical, and need a refinement");
     for (size_t t = 0; t < o->tolerance_count; t++) {
         if (!(o->tolerance[t] > 0 && o->tolerance[t] < 1))
             return hpr_fail(ctx, HPR_ERR_ARG, "tolerance %g is not in (0, 1)", o->tolerance[t]);
@@ -90,8 +97,10 @@ hpr_status hpr_study_plan(hpr_context *ctx, const hpr_job_study_options *o, size
                           (hpr_study_run){.method = o->method[m],
                                           .direct = galerkin ? o->direct[d] : HPR_DIRECT_GALERKIN,
                                           .order = galerkin ? o->order[p] : 0});
-            if (galerkin)
-                add_adaptive(&l, o, (hpr_study_run){.method = o->method[m], .direct = o->direct[d]});
+            if (can_adapt(o->method[m]))
+                add_adaptive(&l, o,
+                             (hpr_study_run){.method = o->method[m],
+                                             .direct = galerkin ? o->direct[d] : HPR_DIRECT_GALERKIN});
         }
     }
     *run = l.run;

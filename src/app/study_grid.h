@@ -11,7 +11,7 @@
  * rising, so that a row comes after the one with a subdivision less; then adaptive ones, by way and
  * tolerance. Of constant methods order 0 only, of classical ones the first kind of direct light only. *run:
  * to be released with hpr_release. Errors: HPR_ERR_ARG (a list that is empty, nothing to refine, a tolerance
- * out of bounds or without Galerkin), HPR_ERR_MEMORY.
+ * out of bounds, or of methods that cannot adapt), HPR_ERR_MEMORY.
  */
 hpr_status hpr_study_plan(hpr_context *ctx, const hpr_job_study_options *options, size_t *count,
                           hpr_study_run **run);

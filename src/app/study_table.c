@@ -10,7 +10,7 @@
 #include <string.h>
 
 /* Columns that tell a row from others; the rest are numbers. */
-enum { KEYS = 12, NUMBERS = 26, KEY_BYTES = 512 };
+enum { KEYS = 12, NUMBERS = 27, KEY_BYTES = 512 };
 
 static const char *const key_names[KEYS] = {"scene",  "version",   "commit",    "truth", "options", "method",
                                             "refine", "tolerance", "subdivide", "p",     "grade",   "direct"};
@@ -43,6 +43,7 @@ static const struct {
     {"error_l2", AT(error_l2)},
     {"error_linf", AT(error_linf)},
     {"error_points", AT(error_points)},
+    {"error_points_l2", AT(error_points_l2)},
     {"error_face_means", AT(error_face_means)},
     {"error_estimate", AT(error_estimate)},
     {"order_l2", AT(order_l2)},

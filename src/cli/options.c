@@ -31,11 +31,12 @@ const struct poptOption cli_solve_options[] = {
      "N"},
     {"tol", 0, POPT_ARG_STRING, NULL, CLI_OPTION_TOLERANCE,
      "relative L2 error of the irradiance: solve again on elements that are refined, from whole patches, "
-     "until the estimated error is below E; --order and --subdivide then say what to begin with",
+     "until the estimated error is below E; --order and --subdivide then say what to begin with. Of galerkin "
+     "and hierarchical",
      "E"},
     {"refine", 0, POPT_ARG_STRING, NULL, CLI_OPTION_REFINE,
      "with --tol: p, raise degrees; h, halve elements; hp, the one where the light is smooth and the other "
-     "where it is not (default hp)",
+     "where it is not (default hp; hierarchical: h)",
      "WAY"},
     {"max-time", 0, POPT_ARG_STRING, NULL, CLI_OPTION_MAX_TIME,
      "with --tol: begin no refinement that would probably end later than S seconds after the first", "S"},
@@ -231,7 +232,10 @@ bool cli_check_solve(const cli_solve_settings *settings)
     bool adapts = solve->tolerance > 0;
     return cli_only_with("--refine", settings->refine_given, adapts, "--tol") &&
            cli_only_with("--max-time", solve->max_seconds > 0, adapts, "--tol") &&
-           cli_only_with("--tol", adapts, solve->method == HPR_METHOD_GALERKIN, "--method galerkin");
+           cli_only_with("--tol", adapts, solve->method <= HPR_METHOD_HIERARCHICAL,
+                         "--method galerkin or hierarchical") &&
+           cli_only_with("--refine", settings->refine_given && solve->refine != HPR_REFINE_H,
+                         solve->method == HPR_METHOD_GALERKIN, "--method galerkin, but for h");
 }
 
 int cli_take_solve_option(cli_solve_settings *settings, int id, const char *value)

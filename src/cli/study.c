@@ -48,8 +48,9 @@ static const struct poptOption options[] = {
      "(default hp)",
      "LIST"},
     {"tol", 0, POPT_ARG_STRING, NULL, OPTION_TOLERANCES,
-     "further solves of galerkin, refined to these tolerances as 'hprad solve --tol' is; numbers with commas "
-     "between",
+     "further solves of galerkin, and of hierarchical by halving, refined to these tolerances as 'hprad "
+     "solve "
+     "--tol' is; numbers with commas between",
      "LIST"},
     {"method", 0, POPT_ARG_STRING, NULL, OPTION_METHOD,
      "galerkin, hierarchical, hemicube, raycast, exact; see 'hprad solve' (default galerkin)", "LIST"},

@@ -7,6 +7,12 @@
 
 enum { BANDS = HPR_MAX_ORDER + 1 };
 
+/* Of what elements do not send of direct light, what arrives. */
+#define PART_OF_CONSTANT 0.3
+#define PART_OF_LINEAR 0.2
+/* Of the square of a mean, what is left out where nothing tells. */
+#define OF_MEAN 0.1
+
 /* Squares of the bands of one leaf, of all channels with their weight. */
 typedef struct bands {
     int degree;
@@ -92,10 +98,10 @@ static double fall(const double *square, int degree)
  * sum_{m>p} q^2m / (q^2p + q^2(p-1)); a constant and a slope tell little of it. */
 static double tail(const bands *b, int axis, double q)
 {
-    static const double of_mean = 0.1, of_slope = 0.2, least = 0.002;
+    static const double of_slope = 0.2, least = 0.002;
     const double *square = b->square[axis];
     if (b->degree == 0)
-        return of_mean * square[0];
+        return OF_MEAN * square[0];
     if (b->degree == 1)
         return of_slope * square[1] + least * square[0];
     double q4 = q * q * q * q;
@@ -111,7 +117,7 @@ static double tail(const bands *b, int axis, double q)
 static double unsent(const hpr_solution *solution, const hpr_element_frame *frame, const double *direct,
                      const double *norm2, size_t leaf)
 {
-    static const double part[2] = {0.3, 0.2}; /* of it that arrives, of degree 0 and 1 */
+    static const double part[2] = {PART_OF_CONSTANT, PART_OF_LINEAR};
     const hpr_elements *e = solution->elements;
     const hpr_patches *patches = solution->patches;
     size_t n = solution->channel_count, dofs = e->dof[e->leaf_count], first = e->dof[leaf];
@@ -125,6 +131,94 @@ static double unsent(const hpr_solution *solution, const hpr_element_frame *fram
             sum += rho * rho * tail(&b, axis, 1) / axes(frame->shape);
     }
     return sum;
+}
+
+/*
+ * Of constants the difference between the halves of the smallest piece that was halved along an axis tells
+ * what is left out along it: where H is linear, a twelfth of its square. Where H is even about the middle it
+ * tells nothing; so that this does not deceive, part of what was left out before halving is believed to stay.
+ * Two last bisections tell it of others than parallelograms, whose pieces are halved in turn.
+ */
+typedef struct details {
+    const hpr_solution *solution;
+    const hpr_coverage *coverage;
+    const double *coefficient, *norm2;
+    size_t of_dof, of_channel; /* strides */
+    bool of_direct;            /* the coefficients */
+    hpr_indicator *indicator;
+} details;
+
+static double mean_of(const details *d, uint32_t node, size_t channel)
+{
+    const hpr_elements *e = d->solution->elements;
+    uint32_t child = e->child[node], leaf = e->leaf_of_node[node];
+    if (child == HPR_NONE)
+        return d->coefficient[e->dof[leaf] * d->of_dof + channel * d->of_channel] / sqrt(e->area_m2[node]);
+    double first = e->area_m2[child], second = e->area_m2[child + 1];
+    return (first * mean_of(d, child, channel) + second * mean_of(d, child + 1, channel)) / (first + second);
+}
+
+static double weight(const details *d, uint32_t node, size_t channel)
+{
+    const hpr_solution *solution = d->solution;
+    size_t patch = solution->elements->patch[node];
+    double rho = d->of_direct ? PART_OF_CONSTANT *
+                                    solution->patches->reflectance[solution->channel_count * patch + channel]
+                              : 1;
+    return d->norm2[channel] > 0 ? rho * rho / d->norm2[channel] : 0;
+}
+
+static double difference2(const details *d, uint32_t child)
+{
+    static const double of_linear = 1. / 12;
+    double sum = 0;
+    for (size_t c = 0; c < d->solution->channel_count; c++) {
+        double difference = mean_of(d, child, c) - mean_of(d, child + 1, c);
+        sum += of_linear * weight(d, child, c) * difference * difference;
+    }
+    return sum;
+}
+
+/* density: left out along each axis, per area. */
+static void descend(const details *d, uint32_t node, const double density[2])
+{
+    const hpr_elements *e = d->solution->elements;
+    hpr_shape shape = (hpr_shape)d->solution->patches->shape[e->patch[node]];
+    static const double stays = 1. / 16;
+    bool tensor = shape == HPR_SHAPE_PARALLELOGRAM;
+    uint32_t child = e->child[node], leaf = e->leaf_of_node[node];
+    if (child != HPR_NONE) {
+        int halved = tensor ? e->axis[node] : 1;
+        double here = fmax(difference2(d, child), stays * density[halved]);
+        double next[2] = {tensor ? density[0] : here, density[tensor ? 1 : 0]};
+        if (tensor)
+            next[halved] = here;
+        descend(d, child, next);
+        descend(d, child + 1, next);
+        return;
+    }
+    double sum = density[0] + density[1];
+    if (e->degree[node] > 0)
+        return;
+    double open = e->area_m2[node] * hpr_coverage_open_share(d->coverage, leaf);
+    if (d->of_direct) {
+        d->indicator[leaf].unsent2 = open * sum;
+        return;
+    }
+    d->indicator[leaf].error2[0] = open * (tensor ? density[0] : sum);
+    d->indicator[leaf].error2[1] = tensor ? open * density[1] : 0;
+}
+
+static void indicate_details(const details *d)
+{
+    for (uint32_t patch = 0; patch < d->solution->patches->count; patch++) {
+        double sum = 0;
+        for (size_t c = 0; c < d->solution->channel_count; c++) {
+            double mean = mean_of(d, patch, c);
+            sum += OF_MEAN * weight(d, patch, c) * mean * mean;
+        }
+        descend(d, patch, (double[2]){sum, sum});
+    }
 }
 
 void hpr_indicate(const hpr_solution *solution, const hpr_coverage *coverage, const double *indirect,
@@ -147,4 +241,20 @@ void hpr_indicate(const hpr_solution *solution, const hpr_coverage *coverage, co
             indicator[leaf].error2[axis] = open * tail(&all, axis, q);
         }
     }
+    /* both refinements of degree have their own way with the first degrees */
+    if (solution->summary.options.tolerance > 0 && solution->summary.options.refine != HPR_REFINE_H)
+        return;
+    details d = {.solution = solution,
+                 .coverage = coverage,
+                 .coefficient = indirect,
+                 .norm2 = norm2,
+                 .of_dof = n,
+                 .of_channel = 1,
+                 .indicator = indicator};
+    indicate_details(&d);
+    d.coefficient = direct;
+    d.of_dof = 1;
+    d.of_channel = e->dof[e->leaf_count];
+    d.of_direct = true;
+    indicate_details(&d);
 }

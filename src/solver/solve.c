@@ -45,10 +45,10 @@ static hpr_status check_options(hpr_context *ctx, const hpr_solve_options *optio
                         HPR_MAX_GRADE);
     if (!(options->tolerance >= 0 && options->tolerance < 1))
         return hpr_fail(ctx, HPR_ERR_ARG, "tolerance %g is not in [0, 1)", options->tolerance);
-    if (options->tolerance > 0 && options->order != HPR_CHOOSE && options->order < 2)
+    if (options->tolerance > 0 && options->refine == HPR_REFINE_H && options->order == 1)
         return hpr_fail(ctx, HPR_ERR_ARG,
-                        "order %d tells nothing of what it leaves out: a tolerance needs at least 2",
-                        options->order);
+                        "order 1 tells too little of what it leaves out: halving needs 0, constants, or 2 "
+                        "and more");
     if (!(options->max_seconds >= 0 && options->max_bytes >= 0))
         return hpr_fail(ctx, HPR_ERR_ARG, "limits of %g s and %g bytes are not both 0 or more",
                         options->max_seconds, options->max_bytes);
@@ -151,8 +151,9 @@ static hpr_status take_method(hpr_context *ctx, hpr_solve_options *options)
         return hpr_fail(ctx, HPR_ERR_ARG, "order %d: method '%s' has one constant per element",
                         options->order, hpr_method_name(options->method));
     options->order = 0;
+    options->refine = HPR_REFINE_H;
     options->direct = HPR_DIRECT_GALERKIN;
-    if (options->link_tolerance == 0)
+    if (options->link_tolerance == 0 && options->tolerance == 0)
         options->link_tolerance = hierarchical_tolerance;
     return HPR_OK;
 }

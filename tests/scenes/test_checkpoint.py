@@ -133,6 +133,7 @@ def check_refusals(command):
     for what, arguments, code, texts in (
             ("another tolerance", (*BOX, "--tol", "0.25"), 3, ["'end.json'", "tol was 0.0", "now it is 0.25"]),
             ("another way to refine", (*BOX, "--refine", "h"), 3, ["refine was hp, now it is h"]),
+            ("another method", (*BOX, "--method", "hierarchical"), 3, ["method was galerkin, now it is hierarchical"]),
             ("light from outside", (*BOX, "--environment", "1"), 3, ["environment[0]", "not there"]),
             ("another scene", ("other.gltf", *BOX[1:]), 3, ["scene was"]),
             ("no tolerance", BOX[:1], 2, ["--resume", "--tol"])):

@@ -5,6 +5,7 @@ import json
 import math
 import os
 import struct
+import subprocess
 import sys
 import tempfile
 
@@ -82,6 +83,19 @@ def check_reader(folder):
     check("layers: elements that are shown have their patch, degree and estimated error", bool(
         shown.any() and (rms > 0).all() and np.array_equal(image["patchId"][shown], e["patch"][node, 0])
         and (image["degree"][shown] == 2).all() and np.allclose(image["error"][shown], rms, rtol=1e-6)))
+    made = subprocess.run([sys.executable, "-B", os.path.join(ROOT, "notebooks", "known_points.py"), "s.glb", "60", "known.csv"],
+                          cwd=folder, env=dict(os.environ, HPRAD=HPRAD), stderr=subprocess.PIPE, check=False)
+    check("known_points.py", [] if made.returncode == 0 else [made.stderr.decode()])
+    known = hprad_reader.study(path("known.csv"))
+    on_lamp = known["y"] > 0.25  # floor 1 m2 at 0, lamp 0.25 m2 at 0.5
+    check("known points: as many on each surface as its area asks for, with what is there",
+          bool(len(on_lamp) == 60 and on_lamp.sum() == 12 and np.isfinite(known["irradiance_r"]).all()
+               and (known["irradiance_r"][~on_lamp] > 0).all()))
+    run("study", "one.gltf", "--orders", "2", "--subdivide", "1", "--direct", "exact,galerkin", "--truth", "2,1", "--points", "known.csv",
+        "-o", "k.csv")
+    exact, coarse = hprad_reader.study(path("k.csv"))["error_points_l2"]
+    check("known points: gathered, so that they are what light evaluated at points is, and not what the basis makes of it",
+          bool(exact < 5e-4 and coarse > 1e-2))  # observed 1.4e-4 (what the lamp gets back is of degree 2 too) and 2.4e-2
     write_textured(path("one.gltf"), path("painted.gltf"))
     run("solve", "painted.gltf", "--order", "2", "--subdivide", "1", "-o", "painted.glb")
     solution = hprad_reader.solution(path("painted.glb"))

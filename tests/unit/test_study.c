@@ -132,13 +132,14 @@ static void an_error_of_one_percent_is_one(void **state)
         coefficients2 += truth->irradiance[3 * i] * truth->irradiance[3 * i];
     assert_true(fabs(integral2 / coefficients2 - 1) < 1e-13); /* Parseval */
     assert_int_equal(hpr_yardstick_measure(&y, other, &row), HPR_OK);
-    assert_true(row.error_l1 == 0 && row.error_l2 == 0 && row.error_linf == 0 && row.error_points == 0);
+    assert_true(row.error_l1 == 0 && row.error_l2 == 0 && row.error_linf == 0 && row.error_points == 0 &&
+                row.error_points_l2 == 0);
     for (size_t i = 0; i < 3 * truth->summary.dof_count; i++)
         other->irradiance[i] *= 1.01;
     assert_int_equal(hpr_yardstick_measure(&y, other, &row), HPR_OK);
-    const double errors[] = {row.error_l1, row.error_l2, row.error_linf, row.error_points,
-                             row.error_face_means};
-    for (size_t i = 0; i < 5; i++)
+    const double errors[] = {row.error_l1,     row.error_l2,        row.error_linf,
+                             row.error_points, row.error_points_l2, row.error_face_means};
+    for (size_t i = 0; i < sizeof errors / sizeof *errors; i++)
         assert_true(fabs(errors[i] - 0.01) < 1e-12);
     hpr_solution_destroy(&other);
     hpr_yardstick_fini(&y);

@@ -32,12 +32,12 @@ static size_t larger(size_t a, size_t b)
 }
 
 /* Arrays of the scratch that grow with the number of functions. */
-enum { ROOMS = 13 };
+enum { ROOMS = 17 };
 
 /* Of each in doubles; returns the sum. */
 static size_t measure_rooms(int degree, size_t size[ROOMS])
 {
-    const size_t n = (size_t)(degree + 1) * (size_t)(degree + 1);
+    const size_t m = (size_t)degree + 1, n = m * m, row = HPR_FACTOR_POINTS, wide = row * HPR_LANES;
     const size_t relative = larger(hpr_parallel_scratch(degree), hpr_aligned_scratch(degree));
     const size_t wanted[ROOMS] = {n * HPR_TABLE_POINTS,
                                   n * HPR_ROWS,
@@ -51,7 +51,11 @@ static size_t measure_rooms(int degree, size_t size[ROOMS])
                                   n * n,
                                   n * n,
                                   n * n,
-                                  larger(3 * n * n, relative)};
+                                  larger(3 * n * n, relative),
+                                  n * row,
+                                  n * row,
+                                  m * wide,
+                                  m * (m + 1) / 2 * wide};
     size_t sum = 0;
     for (int i = 0; i < ROOMS; i++)
         sum += size[i] = hpr_lanes_padded(wanted[i]);
@@ -60,10 +64,12 @@ static size_t measure_rooms(int degree, size_t size[ROOMS])
 
 static void share_room(hpr_block_scratch *s, const size_t size[ROOMS])
 {
-    double **const array[ROOMS] = {
-        &s->moments.basis, &s->outer_basis,  &s->moment,        &s->batch[0].moment, &s->batch[1].moment,
-        &s->batch[0].sum,  &s->batch[1].sum, &s->map[0].matrix, &s->map[1].matrix,   &s->inside[0],
-        &s->inside[1],     &s->part,         &s->matrices};
+    double **const array[ROOMS] = {&s->moments.basis,      &s->outer_basis,        &s->moment,
+                                   &s->batch[0].moment,    &s->batch[1].moment,    &s->batch[0].sum,
+                                   &s->batch[1].sum,       &s->map[0].matrix,      &s->map[1].matrix,
+                                   &s->inside[0],          &s->inside[1],          &s->own_part,
+                                   &s->matrices,           &s->factors.rows,       &s->factors.second,
+                                   &s->factors.wide_first, &s->factors.wide_second};
     double *next = s->room;
     for (int i = 0; i < ROOMS; i++) {
         *array[i] = next;
@@ -137,12 +143,9 @@ hpr_group_sides hpr_evaluation_sides(const hpr_evaluation *e, const hpr_group *g
     return (hpr_group_sides){by_recv ? recv : send, by_recv ? send : recv};
 }
 
-static double largest(const double *entry, size_t count)
+static double largest(const hpr_evaluation *e, const double *entry, size_t count)
 {
-    double most = 0;
-    for (size_t i = 0; i < count; i++)
-        most = fmax(most, fabs(entry[i]));
-    return most;
+    return hpr_sums_of(e->scratch->isa)->largest(entry, count);
 }
 
 static void add(double *to, const double *from, size_t count)
@@ -166,17 +169,37 @@ static hpr_rule rough(const hpr_rule *rule)
     return few;
 }
 
+/* Sum `level`: the block, or what homothety `level` is to be applied to. */
+static double *sum_of(const hpr_evaluation *e, int level)
+{
+    return level ? e->scratch->inside[level - 1] : e->block;
+}
+
+/* Where something is put together that is to be added to a sum: in its place if it is the first. */
+static double *begin_part(hpr_evaluation *e, int level)
+{
+    double *part = e->begun[level] ? e->scratch->own_part : sum_of(e, level);
+    memset(part, 0, e->n_recv * e->n_send * sizeof *part);
+    return part;
+}
+
+static void end_part(hpr_evaluation *e, int level, const double *part)
+{
+    if (e->begun[level])
+        add(sum_of(e, level), part, e->n_recv * e->n_send);
+    e->begun[level] = true;
+}
+
 static void add_rule(void *user, const hpr_rule *chosen)
 {
     hpr_evaluation *e = user;
-    size_t count = e->n_recv * e->n_send;
     const hpr_rule few = rough(chosen);
     e->spent |=
         e->result->kernel_count >= (e->task->kernel_limit ? e->task->kernel_limit : HPR_BLOCK_KERNELS);
     const hpr_rule *rule = e->spent ? &few : chosen;
     int level = rule->kind == HPR_RULE_NESTED ? rule->nested.homothety : 0;
     e->rule = rule;
-    memset(e->scratch->part, 0, count * sizeof(double));
+    e->scratch->part = begin_part(e, level);
     if (rule->kind == HPR_RULE_PARALLEL)
         e->result->kernel_count +=
             hpr_parallel_add(e->quadrature->gauss, e->pair, &rule->parallel, rule->tolerance,
@@ -187,8 +210,8 @@ static void add_rule(void *user, const hpr_rule *chosen)
     else
         hpr_rule_points(e->quadrature->gauss, e->pair, rule, &e->scratch->points, e->by->add_group, e);
     e->by->end_rule(e);
-    add(level ? e->scratch->inside[level - 1] : e->block, e->scratch->part, count);
-    double most = largest(e->scratch->part, count);
+    double most = largest(e, e->scratch->part, e->n_recv * e->n_send);
+    end_part(e, level, e->scratch->part);
     e->error[level] += rule->error * most;
     e->size[level] += most;
 }
@@ -196,14 +219,15 @@ static void add_rule(void *user, const hpr_rule *chosen)
 /* Applies homothety `level` to its sum. Errors grow as the sum itself does. */
 static void apply_homothety(hpr_evaluation *e, int level, const hpr_centre *centre)
 {
-    hpr_block_scratch *scratch = e->scratch;
+    const double *inside = sum_of(e, level);
     size_t count = e->n_recv * e->n_send;
-    const double *inside = scratch->inside[level - 1];
-    double *part = scratch->part;
-    memset(part, 0, count * sizeof *part);
-    hpr_homothety_apply(e->quadrature->gauss, e->pair, centre, level == 1, inside, part, scratch->matrices);
-    double before = largest(inside, count), grown = before > 0 ? largest(part, count) / before : 0;
-    add(level == 2 ? scratch->inside[0] : e->block, part, count);
+    if (!e->begun[level])
+        return;
+    double *part = begin_part(e, level - 1);
+    hpr_homothety_apply(e->quadrature->gauss, e->pair, centre, level == 1, inside, part,
+                        e->scratch->matrices);
+    double before = largest(e, inside, count), grown = before > 0 ? largest(e, part, count) / before : 0;
+    end_part(e, level - 1, part);
     e->error[level - 1] += grown * e->error[level];
     e->size[level - 1] += grown * e->size[level];
 }
@@ -309,7 +333,7 @@ static estimate estimate_of(const hpr_evaluation *e, const hpr_rule_outcome *out
 
 static hpr_block_status status_of(const hpr_evaluation *e, const estimate *error, bool complete)
 {
-    double most = largest(e->block, e->n_recv * e->n_send);
+    double most = largest(e, e->block, e->n_recv * e->n_send);
     double allowed = fmax(e->task->tolerance * most, e->task->negligible);
     if (e->sampled)
         return HPR_BLOCK_SAMPLED;
@@ -351,9 +375,6 @@ static hpr_block_result integrate(const hpr_evaluator *by, const hpr_quadrature 
                         .complete = true,
                         .result = &result};
     size_t count = e.n_recv * e.n_send;
-    memset(block, 0, count * sizeof *block);
-    for (int k = 0; k < 2; k++)
-        memset(scratch->inside[k], 0, count * sizeof *block);
     by->begin(&e);
     hpr_rule_demand demand = prepare(&e, &pair);
     hpr_rule_outcome outcome =
@@ -362,6 +383,8 @@ static hpr_block_result integrate(const hpr_evaluator *by, const hpr_quadrature 
         apply_homothety(&e, level, &outcome.centre[level - 1]);
     double factor = area_factor(&recv) * area_factor(&send);
     double exchange = outcome.exchange_m2 / sqrt(recv.area_m2 * send.area_m2);
+    if (!e.begun[0])
+        memset(block, 0, count * sizeof *block);
     for (size_t i = 0; i < count; i++)
         block[i] *= factor;
     if (e.sampled)

@@ -61,7 +61,7 @@ static void flush(hpr_evaluation *e, const hpr_element_frame *outer, size_t inne
                                      .left_count = inner_count,
                                      .right_count = outer_count,
                                      .vectors = padded / HPR_LANES};
-    hpr_sums_of(scratch->isa)->rows(&product, batch->sum, outer_count, &scratch->moments.sums);
+    hpr_sums_of(scratch->isa)->rows(&product, batch->sum, &scratch->moments.sums);
 }
 
 /* One outer point against all inner ones. */
@@ -93,27 +93,65 @@ static void add_row(hpr_evaluation *e, const hpr_group_sides *sides, bool by_rec
         moment[l * HPR_ROWS] = scratch->transported[l];
 }
 
+/* Factors of a side of a product rule; false if it has none. */
+static bool factors_of(hpr_evaluation *e, const hpr_group_side *of, hpr_factors *factors)
+{
+    return e->rule->kind == HPR_RULE_PRODUCT &&
+           hpr_factors_make(e->scratch->isa, e->quadrature->gauss, of->frame, of->cell, of->nodes,
+                            &e->scratch->factors, factors);
+}
+
+/* Moments of up to HPR_ROWS outer points against an inner side without factors. */
+static void add_tables(hpr_evaluation *e, const hpr_group_sides *sides, size_t first, double scale)
+{
+    hpr_block_scratch *scratch = e->scratch;
+    const hpr_group_side *inner = &sides->inner;
+    const size_t count = (size_t)inner->points->count;
+    memset(scratch->moment, 0, inner->basis_count * HPR_ROWS * sizeof *scratch->moment);
+    for (size_t start = 0; start < count; start += HPR_TABLE_POINTS) {
+        hpr_frame_basis_many(scratch->isa, inner->frame,
+                             hpr_lanes_padded(lesser(count - start, HPR_TABLE_POINTS)),
+                             inner->points->s + start, inner->points->t + start, HPR_TABLE_POINTS,
+                             scratch->moments.basis, scratch->moments.recurrences);
+        hpr_sums_of(scratch->isa)
+            ->grid(sides->outer.points, first, inner->points, start, scale, inner->basis_count,
+                   scratch->moments.basis, scratch->moment, &scratch->moments.sums);
+    }
+}
+
+/* The outer polynomials of all points, if a table of HPR_ROWS holds them with a padded row. */
+static bool spread(hpr_evaluation *e, const hpr_group_side *outer)
+{
+    hpr_factors factors;
+    const int *nodes = outer->nodes;
+    if (e->rule->kind != HPR_RULE_PRODUCT ||
+        (size_t)(nodes[0] * (nodes[1] - 1)) + hpr_lanes_padded((size_t)nodes[0]) > HPR_ROWS ||
+        !factors_of(e, outer, &factors))
+        return false;
+    hpr_sums_of(e->scratch->isa)->spread(&factors, e->scratch->outer_basis);
+    return true;
+}
+
 /* All against all, straight into the rule's part. */
 static void add_grid(hpr_evaluation *e, const hpr_group_sides *sides, bool by_recv, double scale)
 {
     hpr_block_scratch *scratch = e->scratch;
     const hpr_group_side *outer = &sides->outer, *inner = &sides->inner;
     const hpr_sums *sums = hpr_sums_of(scratch->isa);
-    const size_t outer_points = (size_t)outer->points->count, inner_points = (size_t)inner->points->count;
+    const size_t outer_points = (size_t)outer->points->count;
+    hpr_factors factors;
+    bool spreads = spread(e, outer), factored = factors_of(e, inner, &factors);
     for (size_t first = 0; first < outer_points; first += HPR_ROWS) {
         size_t padded = hpr_lanes_padded(lesser(outer_points - first, HPR_ROWS));
-        memset(scratch->moment, 0, inner->basis_count * HPR_ROWS * sizeof *scratch->moment);
-        for (size_t start = 0; start < inner_points; start += HPR_TABLE_POINTS) {
-            hpr_frame_basis_many(scratch->isa, inner->frame,
-                                 hpr_lanes_padded(lesser(inner_points - start, HPR_TABLE_POINTS)),
-                                 inner->points->s + start, inner->points->t + start, HPR_TABLE_POINTS,
-                                 scratch->moments.basis, scratch->moments.recurrences);
-            sums->grid(outer->points, first, inner->points, start, scale, inner->basis_count,
-                       scratch->moments.basis, scratch->moment, &scratch->moments.sums);
-        }
-        hpr_frame_basis_many(scratch->isa, outer->frame, padded, outer->points->s + first,
-                             outer->points->t + first, HPR_ROWS, scratch->outer_basis,
-                             scratch->moments.recurrences);
+        if (factored)
+            sums->factored(outer->points, first, inner->points, &factors, scale, scratch->moment,
+                           &scratch->moments.sums);
+        else
+            add_tables(e, sides, first, scale);
+        if (!spreads)
+            hpr_frame_basis_many(scratch->isa, outer->frame, padded, outer->points->s + first,
+                                 outer->points->t + first, HPR_ROWS, scratch->outer_basis,
+                                 scratch->moments.recurrences);
         const hpr_row_product product = {.left = by_recv ? scratch->outer_basis : scratch->moment,
                                          .right = by_recv ? scratch->moment : scratch->outer_basis,
                                          .left_stride = HPR_ROWS,
@@ -121,7 +159,7 @@ static void add_grid(hpr_evaluation *e, const hpr_group_sides *sides, bool by_re
                                          .left_count = e->n_recv,
                                          .right_count = e->n_send,
                                          .vectors = padded / HPR_LANES};
-        sums->rows(&product, scratch->part, e->n_send, &scratch->moments.sums);
+        sums->rows(&product, scratch->part, &scratch->moments.sums);
     }
 }
 

@@ -33,14 +33,16 @@ struct hpr_block_scratch {
     hpr_moment_scratch moments;
     double transported[HPR_MAX_BASIS]; /* sum over inner points of G phi_l */
     double kernel[HPR_POINTS_ROOM];
-    hpr_row_batch batch[2]; /* 1: the receiver is the outer side */
-    hpr_moment_map map[2];  /* of the inner side then */
+    hpr_row_batch batch[2];    /* 1: the receiver is the outer side */
+    hpr_moment_map map[2];     /* of the inner side then */
+    hpr_factor_tables factors; /* of one side of a product rule */
     hpr_convex blocker[HPR_CLIP_BLOCKERS];
     /* in `room`, what grows with the number of functions; so do arrays of the above */
     double *outer_basis; /* [outer functions][HPR_ROWS] */
     double *moment;      /* [inner functions][HPR_ROWS] */
     double *inside[2];   /* sums that homotheties are to be applied to */
-    double *part;        /* what one rule contributes */
+    double *part;        /* what one rule contributes: the block, or `own_part` */
+    double *own_part;
     double *matrices;
     _Alignas(hpr_lanes) double room[];
 };
@@ -66,6 +68,7 @@ struct hpr_evaluation {
     /* of the block's sum and of those that homotheties are to be applied to: estimated error, and the sum of
      * what the rules contribute at most to an entry */
     double error[3], size[3];
+    bool begun[3]; /* something was added to them */
     bool sampled;  /* visibility, by rays */
     bool spent;    /* the budget of evaluations */
     bool complete; /* no rule stopped short */

@@ -180,33 +180,45 @@ HPR_LANES_BODY void moments_body(const hpr_products *p, size_t count, const doub
     }
 }
 
-/* moment of one eight of outer points; functions at most GRID_FUNCTIONS. (A single one would be fused number
+/* What a tile of sums over inner points takes; sums and rows of the basis are so many doubles apart. */
+typedef struct grid_sums {
+    size_t points;
+    const hpr_lanes *kernel;
+    const double *basis;
+    double *sum;
+    size_t stride, basis_stride;
+    bool wide; /* each number of the basis stands eight times */
+} grid_sums;
+
+/* sum of one eight of outer points; functions at most GRID_FUNCTIONS. (A single one would be fused number
  * by number by GCC 12.) */
-HPR_LANES_BODY void grid_tile(size_t points, const hpr_lanes *kernel, const double *basis, double *moment,
-                              int functions, bool fused)
+HPR_LANES_BODY void grid_tile(const grid_sums *g, int functions, bool fused)
 {
     hpr_lanes sum[GRID_FUNCTIONS];
+    const double *basis = g->basis;
 #pragma GCC unroll 8
     for (int l = 0; l < functions; l++)
-        sum[l] = hpr_lanes_load(moment + (size_t)l * HPR_ROWS);
-    for (size_t j = 0; j < points; j++) {
+        sum[l] = hpr_lanes_load(g->sum + (size_t)l * g->stride);
+    for (size_t j = 0; j < g->points; j++, basis += g->wide ? HPR_LANES : 1) {
+        hpr_lanes kernel = g->kernel[j];
 #pragma GCC unroll 8
-        for (int l = 0; l < functions; l++)
-            sum[l] = hpr_lanes_madd(fused && functions > 1, kernel[j],
-                                    hpr_lanes_of(basis[(size_t)l * HPR_TABLE_POINTS + j]), sum[l]);
+        for (int l = 0; l < functions; l++) {
+            const double *at = basis + (size_t)l * g->basis_stride;
+            sum[l] = hpr_lanes_madd(fused && functions > 1, kernel,
+                                    g->wide ? hpr_lanes_load(at) : hpr_lanes_of(*at), sum[l]);
+        }
     }
 #pragma GCC unroll 8
     for (int l = 0; l < functions; l++)
-        hpr_lanes_store(moment + (size_t)l * HPR_ROWS, sum[l]);
+        hpr_lanes_store(g->sum + (size_t)l * g->stride, sum[l]);
 }
 
 #define GRID_TILE(count)                                                                                     \
     case count:                                                                                              \
-        grid_tile(points, kernel, basis, moment, count, fused);                                              \
+        grid_tile(g, count, fused);                                                                          \
         return
 
-HPR_LANES_BODY void grid_tile_of(size_t points, const hpr_lanes *kernel, const double *basis, double *moment,
-                                 int functions, bool fused)
+HPR_LANES_BODY void grid_tile_of(const grid_sums *g, int functions, bool fused)
 {
     switch (functions) {
         GRID_TILE(1);
@@ -220,14 +232,70 @@ HPR_LANES_BODY void grid_tile_of(size_t points, const hpr_lanes *kernel, const d
     }
 }
 
-/* |y - x|^4 of one inner point from eight outer ones */
-HPR_LANES_BODY hpr_lanes fourth_power(const hpr_points *inner, size_t at, hpr_lanes x, hpr_lanes y,
-                                      hpr_lanes z, bool fused)
+/* sum[l] += the products of kernels and row l of the basis, all functions. */
+HPR_LANES_BODY void grid_tiles(grid_sums g, size_t functions, bool fused)
 {
-    hpr_lanes dx = hpr_lanes_of(inner->x[at]) - x, dy = hpr_lanes_of(inner->y[at]) - y,
-              dz = hpr_lanes_of(inner->z[at]) - z;
-    hpr_lanes r2 = hpr_lanes_madd(fused, dx, dx, hpr_lanes_madd(fused, dy, dy, dz * dz));
-    return r2 * r2;
+    size_t tiles = (functions + GRID_FUNCTIONS - 1) / GRID_FUNCTIONS;
+    for (size_t k = 0, done = 0; k < tiles; k++) {
+        size_t width = (functions - done) / (tiles - k);
+        grid_tile_of(&g, (int)width, fused);
+        g.basis += width * g.basis_stride;
+        g.sum += width * g.stride;
+        done += width;
+    }
+}
+
+/* Eight outer points. */
+typedef struct eight {
+    hpr_lanes x, y, z, weight;
+} eight;
+
+HPR_LANES_BODY eight eight_of(const hpr_points *points, size_t first, double scale)
+{
+    return (eight){hpr_lanes_load(points->x + first), hpr_lanes_load(points->y + first),
+                   hpr_lanes_load(points->z + first),
+                   hpr_lanes_of(scale) * hpr_lanes_load(points->weight + first)};
+}
+
+/* |y - x|^2 of one inner point from eight outer ones */
+HPR_LANES_BODY hpr_lanes squared_distance(const hpr_points *inner, size_t at, const eight *o, bool fused)
+{
+    hpr_lanes dx = hpr_lanes_of(inner->x[at]) - o->x, dy = hpr_lanes_of(inner->y[at]) - o->y,
+              dz = hpr_lanes_of(inner->z[at]) - o->z;
+    return hpr_lanes_madd(fused, dx, dx, hpr_lanes_madd(fused, dy, dy, dz * dz));
+}
+
+/*
+ * Kernels from eight outer points to inner ones from `start` on, and those of the last one again up to the
+ * end of the last four. One division serves four: it costs more than all else. The product of four r^2 runs
+ * over no sooner than that of two r^4.
+ */
+HPR_LANES_BODY void kernels_body(const eight *o, const hpr_points *inner, size_t start, size_t points,
+                                 hpr_lanes *kernel, bool fused)
+{
+    for (size_t j = 0; j < points; j += 4) {
+        hpr_lanes r2[4], inverse[4];
+        size_t at[4];
+#pragma GCC unroll 4
+        for (size_t k = 0; k < 4; k++) {
+            at[k] = start + (j + k < points ? j + k : points - 1);
+            r2[k] = squared_distance(inner, at[k], o, fused);
+        }
+        hpr_lanes ab = r2[0] * r2[1], cd = r2[2] * r2[3], share = hpr_lanes_of(1) / (ab * cd);
+        hpr_lanes of_ab = share * cd, of_cd = share * ab;
+        inverse[0] = of_ab * r2[1];
+        inverse[1] = of_ab * r2[0];
+        inverse[2] = of_cd * r2[3];
+        inverse[3] = of_cd * r2[2];
+#pragma GCC unroll 4
+        for (size_t k = 0; k < 4; k++)
+            kernel[j + k] = inverse[k] * inverse[k] * (o->weight * hpr_lanes_of(inner->weight[at[k]]));
+    }
+}
+
+HPR_LANES_BODY size_t rows_end(const hpr_points *outer, size_t first)
+{
+    return (size_t)outer->count < first + HPR_ROWS ? (size_t)outer->count : first + HPR_ROWS;
 }
 
 HPR_LANES_BODY void grid_body(const hpr_points *outer, size_t first, const hpr_points *inner, size_t start,
@@ -235,34 +303,116 @@ HPR_LANES_BODY void grid_body(const hpr_points *outer, size_t first, const hpr_p
                               hpr_sums_scratch *scratch, bool fused)
 {
     size_t left = (size_t)inner->count - start, points = left < HPR_TABLE_POINTS ? left : HPR_TABLE_POINTS;
-    size_t end = (size_t)outer->count < first + HPR_ROWS ? (size_t)outer->count : first + HPR_ROWS;
-    for (size_t i = first; i < end; i += HPR_LANES) {
-        hpr_lanes x = hpr_lanes_load(outer->x + i), y = hpr_lanes_load(outer->y + i),
-                  z = hpr_lanes_load(outer->z + i),
-                  by = hpr_lanes_of(scale) * hpr_lanes_load(outer->weight + i);
-        size_t j = 0;
-        for (; j + 1 < points; j += 2) { /* one division for two: it costs more than all else */
-            hpr_lanes a = fourth_power(inner, start + j, x, y, z, fused),
-                      b = fourth_power(inner, start + j + 1, x, y, z, fused), share = by / (a * b);
-            scratch->kernel[j] = share * b * hpr_lanes_of(inner->weight[start + j]);
-            scratch->kernel[j + 1] = share * a * hpr_lanes_of(inner->weight[start + j + 1]);
+    for (size_t i = first; i < rows_end(outer, first); i += HPR_LANES) {
+        const eight o = eight_of(outer, i, scale);
+        kernels_body(&o, inner, start, points, scratch->kernel, fused);
+        const grid_sums g = {points,   scratch->kernel,  basis, moment + (i - first),
+                             HPR_ROWS, HPR_TABLE_POINTS, false};
+        grid_tiles(g, functions, fused);
+    }
+}
+
+/* Place of the product X_a Y_b among an element's functions. */
+HPR_LANES_BODY size_t function_of(const hpr_factors *f, size_t a, size_t b)
+{
+    size_t d = a + b;
+    return f->total ? d * (d + 1) / 2 + b : a * ((size_t)f->degree + 1) + b;
+}
+
+/* How many Y_b go with X_a. */
+HPR_LANES_BODY size_t second_count(const hpr_factors *f, size_t a)
+{
+    return (size_t)f->degree + 1 - (f->total ? a : 0);
+}
+
+/* Sums along the first axis of `rows` rows of nodes, into scratch->x [degree + 1][rows]. */
+HPR_LANES_BODY void along_first(const hpr_factors *f, size_t rows, hpr_sums_scratch *scratch, bool fused)
+{
+    const size_t functions = (size_t)f->degree + 1;
+    for (size_t j = 0; j < rows; j++) {
+        for (size_t a = 0; a < functions; a++)
+            scratch->x[a][j] = hpr_lanes_of(0);
+        const grid_sums g = {
+            f->nodes[0],      scratch->kernel + j * f->nodes[0], f->wide_first, (double *)&scratch->x[0][j],
+            HPR_TABLE_POINTS, f->nodes[0] * HPR_LANES,           true};
+        grid_tiles(g, functions, fused);
+    }
+}
+
+/* Of those sums, of rows from j on, sums along the second axis, in order of a, then b. */
+HPR_LANES_BODY void along_second(const hpr_factors *f, size_t j, size_t rows, hpr_sums_scratch *scratch,
+                                 bool fused)
+{
+    const double *second = f->wide_second + j * HPR_LANES;
+    hpr_lanes *sum = scratch->sum;
+    for (size_t a = 0; a <= (size_t)f->degree; a++) {
+        size_t count = second_count(f, a);
+        const grid_sums g = {rows,      scratch->x[a],           second, (double *)sum,
+                             HPR_LANES, f->nodes[1] * HPR_LANES, true};
+        grid_tiles(g, count, fused);
+        sum += count;
+        second += f->total ? count * f->nodes[1] * HPR_LANES : 0;
+    }
+}
+
+/* Each number of the rows eight times. */
+HPR_LANES_BODY void widen(const double *row, size_t rows, size_t count, double *wide)
+{
+    for (size_t k = 0; k < rows; k++, row += HPR_FACTOR_POINTS) {
+        for (size_t i = 0; i < count; i++, wide += HPR_LANES)
+            hpr_lanes_store(wide, hpr_lanes_of(row[i]));
+    }
+}
+
+HPR_LANES_BODY void factored_body(const hpr_points *outer, size_t first, const hpr_points *inner,
+                                  const hpr_factors *f, double scale, double *moment,
+                                  hpr_sums_scratch *scratch, bool fused)
+{
+    const size_t functions = (size_t)f->degree + 1, fit = HPR_TABLE_POINTS / f->nodes[0],
+                 most = fit < HPR_TABLE_VECTORS ? fit : HPR_TABLE_VECTORS;
+    widen(f->first, functions, f->nodes[0], f->wide_first);
+    widen(f->second, f->total ? functions * (functions + 1) / 2 : functions, f->nodes[1], f->wide_second);
+    for (size_t i = first; i < rows_end(outer, first); i += HPR_LANES) {
+        const eight o = eight_of(outer, i, scale);
+        const hpr_lanes *sum = scratch->sum;
+        for (size_t k = 0; k < functions * functions; k++)
+            scratch->sum[k] = hpr_lanes_of(0);
+        for (size_t j = 0; j < f->nodes[1]; j += most) {
+            size_t rows = f->nodes[1] - j < most ? f->nodes[1] - j : most;
+            kernels_body(&o, inner, j * f->nodes[0], rows * f->nodes[0], scratch->kernel, fused);
+            along_first(f, rows, scratch, fused);
+            along_second(f, j, rows, scratch, fused);
         }
-        if (j < points)
-            scratch->kernel[j] =
-                by * hpr_lanes_of(inner->weight[start + j]) / fourth_power(inner, start + j, x, y, z, fused);
-        size_t tiles = (functions + GRID_FUNCTIONS - 1) / GRID_FUNCTIONS;
-        for (size_t k = 0, done = 0; k < tiles; k++) {
-            size_t width = (functions - done) / (tiles - k);
-            grid_tile_of(points, scratch->kernel, basis + done * HPR_TABLE_POINTS,
-                         moment + (i - first) + done * HPR_ROWS, (int)width, fused);
-            done += width;
+        for (size_t a = 0; a < functions; a++) {
+            for (size_t b = 0; b < second_count(f, a); b++)
+                hpr_lanes_store(moment + function_of(f, a, b) * HPR_ROWS + (i - first), *sum++);
         }
     }
 }
 
+/* table[k][point] = phi_k of the points of a grid. */
+HPR_LANES_BODY void spread_body(const hpr_factors *f, double *table)
+{
+    const size_t n0 = f->nodes[0], n1 = f->nodes[1], last = hpr_lanes_padded(n0 * n1) - HPR_LANES;
+    const double *second = f->second;
+    for (size_t a = 0; a <= (size_t)f->degree; a++) {
+        const double *in_first = f->first + a * HPR_FACTOR_POINTS;
+        for (size_t b = 0; b < second_count(f, a); b++) {
+            const double *in_second = second + b * HPR_FACTOR_POINTS;
+            double *row = table + function_of(f, a, b) * HPR_ROWS;
+            hpr_lanes_store(row + last, hpr_lanes_of(0));
+            for (size_t j = 0; j < n1; j++) {
+                for (size_t i = 0; i < n0; i += HPR_LANES)
+                    hpr_lanes_store(row + j * n0 + i,
+                                    hpr_lanes_of(in_second[j]) * hpr_lanes_load(in_first + i));
+            }
+        }
+        second += f->total ? second_count(f, a) * HPR_FACTOR_POINTS : 0;
+    }
+}
+
 /* Two left rows and all right ones at a time. */
-HPR_LANES_BODY void rows_body(const hpr_row_product *p, double *to, size_t to_stride,
-                              hpr_sums_scratch *scratch, bool fused)
+HPR_LANES_BODY void rows_body(const hpr_row_product *p, double *to, hpr_sums_scratch *scratch, bool fused)
 {
     hpr_lanes *sum = scratch->sum;
     for (size_t k = 0; k < p->left_count; k += TILE_ROWS) {
@@ -272,11 +422,14 @@ HPR_LANES_BODY void rows_body(const hpr_row_product *p, double *to, size_t to_st
         square_body(p->left + k * p->left_stride, p->left_stride, p->right, p->right_stride, p->vectors, sum,
                     rows, p->right_count, false, fused);
         for (size_t i = 0; i < count; i += HPR_LANES) {
-            hpr_lanes eight = sums_of(sum + i);
-            for (size_t q = 0; q < HPR_LANES && i + q < count; q++) {
-                size_t row = i + q < p->right_count ? 0 : 1;
-                to[(k + row) * to_stride + i + q - row * p->right_count] += eight[q];
+            hpr_lanes some = sums_of(sum + i);
+            double *at = to + k * p->right_count + i;
+            if (i + HPR_LANES <= count) {
+                hpr_lanes_store(at, hpr_lanes_load(at) + some);
+                continue;
             }
+            for (size_t q = 0; i + q < count; q++)
+                at[q] += some[q];
         }
     }
 }
@@ -328,6 +481,24 @@ HPR_LANES_BODY hpr_lanes greater(hpr_lanes a, hpr_lanes b)
     return (hpr_lanes)(((hpr_lanes_bits)a & first) | ((hpr_lanes_bits)b & ~first));
 }
 
+HPR_LANES_BODY double largest_body(const double *entry, size_t count)
+{
+    hpr_lanes most = hpr_lanes_of(0);
+    size_t i = 0;
+    double all = 0;
+    for (; i + HPR_LANES <= count; i += HPR_LANES) {
+        hpr_lanes some = hpr_lanes_load(entry + i);
+        most = greater(greater(some, -some), most);
+    }
+    for (size_t k = 0; k < HPR_LANES; k++)
+        all = most[k] > all ? most[k] : all;
+    for (; i < count; i++) {
+        double size = entry[i] < 0 ? -entry[i] : entry[i];
+        all = size > all ? size : all;
+    }
+    return all;
+}
+
 HPR_LANES_BODY void line_body(const hpr_point_line *line, hpr_points *points, bool fused)
 {
     size_t first = (size_t)points->count;
@@ -347,7 +518,7 @@ HPR_LANES_BODY void line_body(const hpr_point_line *line, hpr_points *points, bo
     points->count += (int)line->count;
 }
 
-/* The same six functions for each instruction set. */
+/* The same functions for each instruction set. */
 #define SUMS_ON(isa, target, fused)                                                                          \
     target static void kernel_##isa(const hpr_points *from, size_t i, const hpr_points *to, double scale,    \
                                     double *kernel)                                                          \
@@ -369,10 +540,26 @@ HPR_LANES_BODY void line_body(const hpr_point_line *line, hpr_points *points, bo
         grid_body(outer, first, inner, start, scale, functions, basis, moment, scratch, fused);              \
     }                                                                                                        \
                                                                                                              \
-    target static void rows_##isa(const hpr_row_product *product, double *to, size_t to_stride,              \
-                                  hpr_sums_scratch *scratch)                                                 \
+    target static void factored_##isa(const hpr_points *outer, size_t first, const hpr_points *inner,        \
+                                      const hpr_factors *factors, double scale, double *moment,              \
+                                      hpr_sums_scratch *scratch)                                             \
     {                                                                                                        \
-        rows_body(product, to, to_stride, scratch, fused);                                                   \
+        factored_body(outer, first, inner, factors, scale, moment, scratch, fused);                          \
+    }                                                                                                        \
+                                                                                                             \
+    target static void spread_##isa(const hpr_factors *factors, double *table)                               \
+    {                                                                                                        \
+        spread_body(factors, table);                                                                         \
+    }                                                                                                        \
+                                                                                                             \
+    target static void rows_##isa(const hpr_row_product *product, double *to, hpr_sums_scratch *scratch)     \
+    {                                                                                                        \
+        rows_body(product, to, scratch, fused);                                                              \
+    }                                                                                                        \
+                                                                                                             \
+    target static double largest_##isa(const double *entry, size_t count)                                    \
+    {                                                                                                        \
+        return largest_body(entry, count);                                                                   \
     }                                                                                                        \
                                                                                                              \
     target static void line_##isa(const hpr_point_line *line, hpr_points *points)                            \
@@ -386,8 +573,9 @@ HPR_LANES_BODY void line_body(const hpr_point_line *line, hpr_points *points, bo
         hyperbolic_body(low, width, node, count, sine, cosine, fused);                                       \
     }                                                                                                        \
                                                                                                              \
-    static const hpr_sums sums_##isa = {kernel_##isa, moments_##isa, grid_##isa,                             \
-                                        rows_##isa,   line_##isa,    hyperbolic_##isa};
+    static const hpr_sums sums_##isa = {kernel_##isa,   moments_##isa, grid_##isa,                           \
+                                        factored_##isa, spread_##isa,  rows_##isa,                           \
+                                        line_##isa,     largest_##isa, hyperbolic_##isa};
 
 SUMS_ON(sse2, , false)
 SUMS_ON(avx2, HPR_TARGET_AVX2, true)

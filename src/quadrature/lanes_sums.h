@@ -21,6 +21,21 @@ typedef struct hpr_products {
     double u[3], c, w[2];
 } hpr_products;
 
+/*
+ * A grid of nodes, point j nodes[0] + i, on which phi_k = X_a Y, X_a of i alone, Y of j: of a parallelogram
+ * Y_b, b <= degree, k = a (degree + 1) + b; with `total` Y_ab, a + b <= degree, in order of a, then b, and
+ * k = (a + b) (a + b + 1) / 2 + b.
+ */
+typedef struct hpr_factors {
+    int degree;
+    bool total;
+    size_t nodes[2];
+    const double *first, *second;     /* X, Y in rows of HPR_FACTOR_POINTS, padded */
+    double *wide_first, *wide_second; /* room for eight times as many */
+} hpr_factors;
+
+enum { HPR_FACTOR_POINTS = HPR_NODES_MAX };
+
 /* Vectors that tables of polynomials hold at a time. */
 enum { HPR_TABLE_VECTORS = 16, HPR_TABLE_POINTS = HPR_TABLE_VECTORS * HPR_LANES };
 
@@ -30,7 +45,7 @@ enum { HPR_ROWS = 64 };
 typedef struct hpr_sums_scratch {
     hpr_lanes x[HPR_MAX_DEGREE + 1][HPR_TABLE_VECTORS], y[HPR_MAX_DEGREE + 1][HPR_TABLE_VECTORS];
     hpr_lanes sum[2 * HPR_MAX_BASIS + HPR_LANES]; /* eights are read to the end */
-    hpr_lanes kernel[HPR_TABLE_POINTS];
+    hpr_lanes kernel[HPR_TABLE_POINTS];           /* whole fours */
 } hpr_sums_scratch;
 
 /* Left rows and right rows, arrays [rows][stride] of `vectors` eights. */
@@ -59,10 +74,18 @@ typedef struct hpr_sums {
      * basis [functions][HPR_TABLE_POINTS] */
     void (*grid)(const hpr_points *outer, size_t first, const hpr_points *inner, size_t start, double scale,
                  size_t functions, const double *basis, double *moment, hpr_sums_scratch *scratch);
-    /* to[k to_stride + l] += left row k . right row l */
-    void (*rows)(const hpr_row_product *product, double *to, size_t to_stride, hpr_sums_scratch *scratch);
+    /* the same for all inner points, by one axis after the other */
+    void (*factored)(const hpr_points *outer, size_t first, const hpr_points *inner,
+                     const hpr_factors *factors, double scale, double *moment, hpr_sums_scratch *scratch);
+    /* table [functions][HPR_ROWS]: phi_k of the points, of which there are few enough that a padded row of
+     * nodes in place of the last one does not go beyond HPR_ROWS; 0 up to the end of the last eight */
+    void (*spread)(const hpr_factors *factors, double *table);
+    /* to[k right_count + l] += left row k . right row l */
+    void (*rows)(const hpr_row_product *product, double *to, hpr_sums_scratch *scratch);
     /* appends the points of a line; there is room */
     void (*line)(const hpr_point_line *line, hpr_points *points);
+    /* the largest magnitude; a NaN counts as nothing */
+    double (*largest)(const double *entry, size_t count);
     /* sinh and cosh of low + width node[i], up to the end of the last eight; they err by 4 ulp of cosh */
     void (*hyperbolic)(double low, double width, const double *node, size_t count, double *sine,
                        double *cosine);

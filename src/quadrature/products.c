@@ -99,6 +99,76 @@ void hpr_moment_map_row(const hpr_moment_map *map, size_t k, const double *momen
     }
 }
 
+static bool has_factors(const hpr_element_frame *frame, const hpr_cell *cell)
+{
+    if (frame->degree == 0 || cell->shape != frame->shape || cell->edge1[1] != 0 || cell->edge2[0] != 0)
+        return false;
+    return cell->shape == HPR_SHAPE_PARALLELOGRAM ||
+           (cell->shape == HPR_SHAPE_TRIANGLE && cell->edge1[0] == 1 && cell->edge2[1] == 1);
+}
+
+/* sqrt(2a + 1) P_a(2x - 1), or without the root. */
+static void legendre_rows(int degree, size_t count, const double *x, bool normal,
+                          double (*row)[HPR_FACTOR_POINTS])
+{
+    for (size_t i = 0; i < count; i++) {
+        double before = 0, now = 1;
+        for (int a = 0; a <= degree; a++) {
+            row[a][i] = normal ? hpr_legendre_norm[a] * now : now;
+            double next = hpr_legendre_raise[a] * (2 * x[i] - 1) * now - hpr_legendre_lower[a] * before;
+            before = now;
+            now = next;
+        }
+    }
+}
+
+/* Y_ab is phi_k where P_a is 1, on the edge s = 1 - t. */
+static void triangle_rows(hpr_isa isa, const hpr_element_frame *frame, size_t count, const double *t,
+                          hpr_factor_tables *tables)
+{
+    double edge[HPR_FACTOR_POINTS], recurrences[4 * HPR_FACTOR_POINTS], *next = tables->second;
+    for (size_t j = 0; j < count; j++)
+        edge[j] = 1 - t[j];
+    hpr_frame_basis_many(isa, frame, count, edge, t, HPR_FACTOR_POINTS, tables->rows, recurrences);
+    for (int a = 0; a <= frame->degree; a++) {
+        for (int b = 0; a + b <= frame->degree; b++, next += HPR_FACTOR_POINTS) {
+            int d = a + b;
+            memcpy(next, tables->rows + (size_t)(d * (d + 1) / 2 + b) * HPR_FACTOR_POINTS,
+                   count * sizeof *next);
+        }
+    }
+}
+
+bool hpr_factors_make(hpr_isa isa, const hpr_gauss_table *gauss, const hpr_element_frame *frame,
+                      const hpr_cell *cell, const int nodes[2], hpr_factor_tables *tables,
+                      hpr_factors *factors)
+{
+    double x[HPR_FACTOR_POINTS], y[HPR_FACTOR_POINTS];
+    const size_t first = hpr_lanes_padded((size_t)nodes[0]), second = hpr_lanes_padded((size_t)nodes[1]);
+    bool triangle = cell->shape == HPR_SHAPE_TRIANGLE;
+    if (!has_factors(frame, cell))
+        return false;
+    const hpr_gauss_rule *along = &gauss->legendre[nodes[0]],
+                         *across = triangle ? &gauss->jacobi[nodes[1]] : &gauss->legendre[nodes[1]];
+    for (size_t i = 0; i < first; i++)
+        x[i] = cell->origin[0] + along->node[i] * cell->edge1[0];
+    for (size_t j = 0; j < second; j++)
+        y[j] = cell->origin[1] + across->node[j] * cell->edge2[1];
+    legendre_rows(frame->degree, first, x, !triangle, tables->first);
+    if (triangle)
+        triangle_rows(isa, frame, second, y, tables);
+    else
+        legendre_rows(frame->degree, second, y, true, (double(*)[HPR_FACTOR_POINTS])tables->second);
+    *factors = (hpr_factors){.degree = frame->degree,
+                             .total = triangle,
+                             .nodes = {(size_t)nodes[0], (size_t)nodes[1]},
+                             .first = tables->first[0],
+                             .second = tables->second,
+                             .wide_first = tables->wide_first,
+                             .wide_second = tables->wide_second};
+    return true;
+}
+
 void hpr_own_moments(hpr_isa isa, const hpr_element_frame *frame, const hpr_points *points,
                      const double *kernel, double *moment, hpr_moment_scratch *scratch)
 {
@@ -114,6 +184,6 @@ void hpr_own_moments(hpr_isa isa, const hpr_element_frame *frame, const hpr_poin
                                          .left_count = 1,
                                          .right_count = hpr_basis_count(frame->shape, frame->degree),
                                          .vectors = padded / HPR_LANES};
-        hpr_sums_of(isa)->rows(&product, moment, 0, &scratch->sums);
+        hpr_sums_of(isa)->rows(&product, moment, &scratch->sums);
     }
 }

@@ -24,6 +24,19 @@ void hpr_moment_map_make(const hpr_element_frame *frame, hpr_moment_map *map);
 /* moment [count][width] of products -> out [width], the moments of phi_k. */
 void hpr_moment_map_row(const hpr_moment_map *map, size_t k, const double *moment, size_t width, double *out);
 
+/* Memory of an hpr_factors for a degree. */
+typedef struct hpr_factor_tables {
+    double *rows, *second;            /* [functions][HPR_FACTOR_POINTS] */
+    double *wide_first, *wide_second; /* [degree + 1], [functions of a triangle][HPR_FACTOR_POINTS][8] */
+    double first[HPR_MAX_DEGREE + 1][HPR_FACTOR_POINTS];
+} hpr_factor_tables;
+
+/* Factors on the Gauss points of a cell, in `tables`; false if it has none: above degree 0 a cell with edges
+ * along those of its parallelogram has, and a whole triangle. Thread-safe with distinct tables. */
+bool hpr_factors_make(hpr_isa isa, const hpr_gauss_table *gauss, const hpr_element_frame *frame,
+                      const hpr_cell *cell, const int nodes[2], hpr_factor_tables *tables,
+                      hpr_factors *factors);
+
 typedef struct hpr_moment_scratch {
     hpr_sums_scratch sums;
     double *basis; /* [functions][HPR_TABLE_POINTS] */

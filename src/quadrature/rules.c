@@ -24,21 +24,37 @@ typedef struct chooser {
     int kernel_cap; /* product: more nodes than this for the kernel, and the larger cell is halved */
     int rule_count;
     bool slit;                          /* the pair touches at an angle of next to nothing */
+    double distance;                    /* of the two whole elements */
     const double *budget, *budget_used; /* kernels, NULL: any number */
     hpr_rule_outcome outcome;
 } chooser;
 
+static double ellipse(double length, double distance)
+{
+    double b = 2 * distance / length;
+    return b + sqrt(b * b + 1);
+}
+
+/* Not in whole nodes, as polynomials may make use of the rest of one. */
+static double nodes_wanted(double rho, double tolerance)
+{
+    return log(64 / tolerance) / (2 * log(rho));
+}
+
 int hpr_kernel_nodes(double length, double distance, double tolerance)
 {
-    double b = 2 * distance / length, rho = b + sqrt(b * b + 1);
-    double n = log(64 / tolerance) / (2 * log(rho));
+    double n = nodes_wanted(ellipse(length, distance), tolerance);
     return n < 1 ? 1 : n > 1000 ? 1000 : (int)ceil(n);
+}
+
+static double error_of(double rho, double nodes)
+{
+    return 64 * pow(rho, -2 * nodes);
 }
 
 double hpr_kernel_error(double length, double distance, int nodes)
 {
-    double b = 2 * distance / length;
-    return 64 * pow(b + sqrt(b * b + 1), -2.0 * nodes);
+    return error_of(ellipse(length, distance), nodes);
 }
 
 typedef struct extent {
@@ -122,49 +138,80 @@ static bool height_varies(const hpr_affine *height, const hpr_cell *cell)
     return low < 0.5 * high;
 }
 
+/* Product rules that are counted, not made. */
+typedef struct product_trial {
+    double kernels;
+    int count;
+    hpr_rule first;
+} product_trial;
+
 static void count_product(void *user, const hpr_rule *rule)
 {
-    double *kernels = user;
-    *kernels +=
+    product_trial *trial = user;
+    if (trial->count++ == 0)
+        trial->first = *rule;
+    trial->kernels +=
         (double)(rule->recv_nodes[0] * rule->recv_nodes[1]) * (rule->send_nodes[0] * rule->send_nodes[1]);
+}
+
+static bool is_whole(const hpr_element_frame *frame, const hpr_cell *cell)
+{
+    return cell->shape == frame->shape && cell->origin[0] == 0 && cell->origin[1] == 0 &&
+           cell->edge1[0] == 1 && cell->edge1[1] == 0 && cell->edge2[0] == 0 && cell->edge2[1] == 1;
+}
+
+static double cell_distance(const chooser *c, const hpr_cell *recv, const hpr_cell *send)
+{
+    hpr_vec3 a[4], b[4];
+    if (is_whole(&c->pair->recv, recv) && is_whole(&c->pair->send, send))
+        return c->distance;
+    int na = hpr_cell_corners(&c->pair->recv, recv, a), nb = hpr_cell_corners(&c->pair->send, send, b);
+    return hpr_polygon_distance(a, na, b, nb);
+}
+
+/* Nodes per axis for the kernel, `wanted` of them, and the polynomials: with n of them products up to degree
+ * 2n - 1 are exact, so that half a node too many for the one is there for the others. */
+static void set_product(chooser *c, const double rho[4], const double wanted[4], hpr_rule *rule)
+{
+    const int varies[2] = {height_varies(&c->pair->recv_height, &rule->recv),
+                           height_varies(&c->pair->send_height, &rule->send)};
+    for (int i = 0; i < 4; i++) {
+        const hpr_element_frame *frame = i < 2 ? &c->pair->recv : &c->pair->send;
+        bool triangle = (i < 2 ? &rule->recv : &rule->send)->shape == HPR_SHAPE_TRIANGLE;
+        int degree = (triangle ? hpr_total_degree(frame) : frame->degree) + varies[i / 2];
+        double kernel = wanted[i] < c->kernel_cap ? wanted[i] : c->kernel_cap;
+        int n = clamp_nodes(c, (int)ceil(fmax(kernel, 1) + 0.5 * degree), c->demand->least_nodes);
+        *(i < 2 ? &rule->recv_nodes[i] : &rule->send_nodes[i - 2]) = n;
+        rule->error += error_of(rho[i], fmax(kernel, n - 0.5 * degree));
+    }
 }
 
 static void separate(chooser *c, const hpr_cell *recv, const hpr_cell *send, int depth)
 {
-    hpr_vec3 a[4], b[4];
-    int na = hpr_cell_corners(&c->pair->recv, recv, a), nb = hpr_cell_corners(&c->pair->send, send, b);
-    double distance = hpr_polygon_distance(a, na, b, nb);
+    double distance = cell_distance(c, recv, send);
     extent ea = cell_extent(&c->pair->recv, recv), eb = cell_extent(&c->pair->send, send);
-    double length[4] = {ea.length[0], ea.length[1], eb.length[0], eb.length[1]};
-    int nodes[4], longest = 0;
+    double length[4] = {ea.length[0], ea.length[1], eb.length[0], eb.length[1]}, rho[4], wanted[4];
+    int longest = 0;
     for (int i = 0; i < 4; i++) {
-        nodes[i] = hpr_kernel_nodes(length[i], distance, c->tolerance);
+        rho[i] = ellipse(length[i], distance);
+        wanted[i] = nodes_wanted(rho[i], c->tolerance);
         if (length[i] > length[longest])
             longest = i;
     }
     bool stop = depth >= MAX_DEPTH || c->rule_count >= MAX_RULES;
     if (c->budget && *c->budget_used >= *c->budget)
         return;
-    if (nodes[longest] > c->kernel_cap && !stop) {
+    bool fits = wanted[longest] <= c->kernel_cap;
+    if (!fits && !stop) {
         hpr_cell half[2];
         halve(longest < 2 ? &c->pair->recv : &c->pair->send, longest < 2 ? recv : send, longest % 2, half);
         for (int i = 0; i < 2; i++)
             separate(c, longest < 2 ? &half[i] : recv, longest < 2 ? send : &half[i], depth + 1);
         return;
     }
-    c->outcome.stopped_short |= nodes[longest] > c->kernel_cap;
-    const int varies[2] = {height_varies(&c->pair->recv_height, recv),
-                           height_varies(&c->pair->send_height, send)};
+    c->outcome.stopped_short |= !fits;
     hpr_rule rule = {.kind = HPR_RULE_PRODUCT, .recv = *recv, .send = *send};
-    for (int i = 0; i < 4; i++) {
-        const hpr_element_frame *frame = i < 2 ? &c->pair->recv : &c->pair->send;
-        bool triangle = (i < 2 ? recv : send)->shape == HPR_SHAPE_TRIANGLE;
-        int degree = (triangle ? hpr_total_degree(frame) : frame->degree) + varies[i / 2];
-        int kernel = nodes[i] < c->kernel_cap ? nodes[i] : c->kernel_cap;
-        int n = clamp_nodes(c, kernel + (degree + 1) / 2, c->demand->least_nodes);
-        *(i < 2 ? &rule.recv_nodes[i] : &rule.send_nodes[i - 2]) = n;
-        rule.error += hpr_kernel_error(length[i], distance, kernel);
-    }
+    set_product(c, rho, wanted, &rule);
     emit(c, &rule);
 }
 
@@ -261,17 +308,27 @@ static void clip_parts(chooser *c, const hpr_polygon *recv, const hpr_polygon *s
     c->outcome.error += outcome.error;
 }
 
-/* Kernels that the product rules of a separate pair would need, counted up to a limit. */
-static double product_cost(const chooser *c, const hpr_contact *contact, double limit)
+/* What the product rules of a separate pair would need, counted until there are `limit` kernels. */
+static product_trial try_products(const chooser *c, const hpr_contact *contact, double limit)
 {
-    double kernels = 0;
+    product_trial products = {0};
     chooser trial = *c;
     trial.sink = count_product;
-    trial.user = &kernels;
+    trial.user = &products;
     trial.budget = &limit;
-    trial.budget_used = &kernels;
+    trial.budget_used = &products.kernels;
     emit_pieces(&trial, contact);
-    return trial.outcome.stopped_short ? limit : kernels;
+    if (trial.outcome.stopped_short)
+        products.kernels = limit;
+    return products;
+}
+
+static void emit_products(chooser *c, const hpr_contact *contact, const product_trial *products)
+{
+    if (products->count == 1)
+        emit(c, &products->first);
+    else
+        emit_pieces(c, contact);
 }
 
 static void reduce(chooser *c, const hpr_homothety *homothety, double tolerance)
@@ -288,37 +345,43 @@ static void nested(chooser *c, const hpr_contact *contact)
                                                    &contact->send_front, c->tolerance, c->sink, c->user);
 }
 
-/* Parallelograms with edges along the same directions, unless product rules need so few kernels that they
- * take less time: the limits are what these rules do besides, in kernels, measured. */
-static bool parallel_or_aligned(chooser *c, const hpr_contact *contact)
+/* Parallelograms with edges along the same directions. */
+static bool find_directions(const chooser *c, hpr_rule *rule)
 {
-    enum { POINTS = 2000, TERMS = 90 };
     static const double errors = 0.5; /* of the tolerance that their points were chosen for, observed */
-    hpr_rule rule = {.tolerance = c->tolerance, .error = errors * c->tolerance};
-    int recv = c->pair->recv.degree + 1, send = c->pair->send.degree + 1;
-    double work = POINTS + TERMS * recv * send * (recv + send);
-    if (hpr_parallel_find(c->pair, c->tolerance, &rule.parallel))
-        rule.kind = HPR_RULE_PARALLEL;
-    else if (!constants(c) && hpr_aligned_find(c->pair, c->tolerance, &rule.aligned))
-        rule.kind = HPR_RULE_ALIGNED;
-    else
-        return false;
-    if (product_cost(c, contact, work) < work)
-        return false;
-    emit(c, &rule);
-    return true;
+    rule->tolerance = c->tolerance;
+    rule->error = errors * c->tolerance;
+    rule->kind = HPR_RULE_PARALLEL;
+    if (hpr_parallel_find(c->pair, c->tolerance, &rule->parallel))
+        return true;
+    rule->kind = HPR_RULE_ALIGNED;
+    return !constants(c) && hpr_aligned_find(c->pair, c->tolerance, &rule->aligned);
 }
 
-/* Pairs that do not touch: product rules where those are cheap, a homothety where it loses nothing, else the
- * nested rule. The limits in kernels are where their times are about equal, measured. */
+/*
+ * Pairs that do not touch: product rules where those are cheap, rules for directions in common, a homothety
+ * where it loses nothing, else the nested rule. The limits in kernels are where their times are about equal,
+ * measured; of the rules for directions they are what these do besides.
+ */
 static void near_or_far(chooser *c, const hpr_contact *contact)
 {
+    enum { POINTS = 2000, TERMS = 90 };
     static const double loss = 1e-14, rounding = 1e-15;
     double cheap = constants(c) ? 1e5 : 2e6, dear = constants(c) ? 5e5 : 3e7, condition;
-    if (parallel_or_aligned(c, contact))
+    int recv = c->pair->recv.degree + 1, send = c->pair->send.degree + 1;
+    double work = POINTS + TERMS * recv * send * (recv + send);
+    product_trial products = try_products(c, contact, work);
+    if (products.kernels < work) {
+        emit_products(c, contact, &products);
         return;
-    double cost = product_cost(c, contact, dear);
-    if (cost > cheap && c->outcome.flat < c->tolerance) {
+    }
+    hpr_rule rule = {0};
+    if (find_directions(c, &rule)) {
+        emit(c, &rule);
+        return;
+    }
+    products = try_products(c, contact, dear);
+    if (products.kernels > cheap && c->outcome.flat < c->tolerance) {
         hpr_homothety apart = hpr_homothety_apart(c->gauss, c->pair, contact, &c->scratch->group, &condition);
         /* where the planes meet is known as well as the planes */
         double known = loss * hpr_frame_slenderness(&c->pair->recv) * hpr_frame_slenderness(&c->pair->send);
@@ -327,8 +390,8 @@ static void near_or_far(chooser *c, const hpr_contact *contact)
             return;
         }
     }
-    if (cost < dear)
-        emit_pieces(c, contact);
+    if (products.kernels < dear)
+        emit_products(c, contact, &products);
     else
         nested(c, contact);
 }
@@ -353,10 +416,7 @@ static double height_rounding(const hpr_element_frame *frame, const hpr_element_
 static void set_rounding(chooser *c, const hpr_contact *contact)
 {
     const hpr_element_frame *recv = &c->pair->recv, *send = &c->pair->send;
-    hpr_cell whole[2] = {hpr_cell_whole(recv), hpr_cell_whole(send)};
-    hpr_vec3 a[4], b[4];
-    int na = hpr_cell_corners(recv, &whole[0], a), nb = hpr_cell_corners(send, &whole[1], b);
-    double distance = hpr_polygon_distance(a, na, b, nb), offset = hpr_length(send->origin);
+    double distance = c->distance, offset = hpr_length(send->origin);
     double length = offset + hpr_frame_longest(recv) + hpr_frame_longest(send);
     double edge = fmin(hpr_frame_longest(recv), hpr_frame_longest(send));
     double functions = (recv->degree + 1.0) * (send->degree + 1.0);
@@ -489,13 +549,10 @@ static double largest_height(const hpr_affine *height, const hpr_element_frame *
  * The tolerance that applies: relative, or what is negligible next to the bound
  * K^00 <= sqrt(A_r A_s) max G, G = h_r h_s / (pi r^4).
  */
-static double tolerance_of(const hpr_pair *pair, const hpr_cell *recv, const hpr_cell *send,
-                           const hpr_rule_demand *demand)
+static double tolerance_of(const hpr_pair *pair, double distance, const hpr_rule_demand *demand)
 {
     static const double loosest = 1e-2;
-    hpr_vec3 a[4], b[4];
-    int na = hpr_cell_corners(&pair->recv, recv, a), nb = hpr_cell_corners(&pair->send, send, b);
-    double r2 = pow(hpr_polygon_distance(a, na, b, nb), 2);
+    double r2 = distance * distance;
     double heights =
         largest_height(&pair->recv_height, &pair->recv) * largest_height(&pair->send_height, &pair->send);
     double numerator = heights * sqrt(pair->recv.area_m2 * pair->send.area_m2);
@@ -511,7 +568,10 @@ hpr_rule_outcome hpr_rules_choose(const hpr_gauss_table *gauss, const hpr_pair *
     chooser c = {
         .gauss = gauss, .pair = pair, .demand = demand, .scratch = scratch, .sink = sink, .user = user};
     hpr_cell recv = hpr_cell_whole(&pair->recv), send = hpr_cell_whole(&pair->send);
-    c.tolerance = share * tolerance_of(pair, &recv, &send, demand);
+    hpr_vec3 a[4], b[4];
+    int na = hpr_cell_corners(&pair->recv, &recv, a), nb = hpr_cell_corners(&pair->send, &send, b);
+    c.distance = hpr_polygon_distance(a, na, b, nb);
+    c.tolerance = share * tolerance_of(pair, c.distance, demand);
     /* Cells about as large as their distance cost least at low degree; at high degree the polynomials' own
      * nodes pay for larger ones. */
     int degree = pair->recv.degree > pair->send.degree ? pair->recv.degree : pair->send.degree;

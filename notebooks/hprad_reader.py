@@ -15,8 +15,8 @@ import numpy as np
 
 
 def solution(path):
-    """The extension HPRAD_radiosity of a solution, each array in the place of its description
-    (src/io/solution_format.h says what it holds)."""
+    """The extension HPRAD_radiosity of a solution, each array, those of textures too, in the place of its description
+    (src/io/solution_format.h says what it holds); numbers that are not finite are floats as the others."""
     with open(path, "rb") as file:
         data = file.read()
     if data[:4] != b"glTF":
@@ -27,6 +27,10 @@ def solution(path):
         raise ValueError(f"{path} is no solution of hprad")
 
     def take(value):
+        if isinstance(value, list):
+            return [take(inner) for inner in value]
+        if value in ("NaN", "Infinity", "-Infinity"):
+            return float(value)
         if not isinstance(value, dict):
             return value
         if "componentType" not in value:
@@ -78,14 +82,16 @@ def _header(data):
 
 
 def _channels(value):
-    at, names = 0, []
+    """[(name, type)] in the order of the file."""
+    at, found = 0, []
     while value[at]:
         name, at = _text(value, at)
-        if struct.unpack_from("<IIII", value, at)[0::2] != (2, 1):
-            raise ValueError(f"channel {name} is not of 32-bit floats at every pixel")
-        names.append(name)
+        kind, _, across, down = struct.unpack_from("<IIII", value, at)
+        if (across, down) != (1, 1):
+            raise ValueError(f"channel {name} is not at every pixel")
+        found.append((name, ("<u4", "<f2", "<f4")[kind]))
         at += 16
-    return names
+    return found
 
 
 def _unzip(packed, size):
@@ -99,20 +105,39 @@ def _unzip(packed, size):
     return whole.tobytes()
 
 
+def _boxes(data, at, attributes, size):
+    """(x, y, width, height, bytes) of every chunk, scanlines or tiles of one level, from the corner of the picture."""
+    width, height = size
+    lines = {0: 1, 2: 1, 3: 16}[attributes["compression"][0]]
+    tiled = "tiles" in attributes
+    wide, high = struct.unpack_from("<II", attributes["tiles"]) if tiled else (width, lines)
+    top = struct.unpack_from("<i", attributes["dataWindow"], 4)[0]
+    for start in struct.unpack_from(f"<{-(-width // wide) * -(-height // high)}Q", data, at):
+        if tiled:
+            column, row, _, _, count = struct.unpack_from("<iiiiI", data, start)
+            x, y, start = wide * column, high * row, start + 20
+        else:
+            y, count = struct.unpack_from("<iI", data, start)
+            x, y, start = 0, y - top, start + 8
+        yield x, y, min(wide, width - x), min(high, height - y), data[start:start + count]
+
+
 def picture(path):
-    """{channel: array [height, width]} of a picture of hprad: a single part of scanlines, 32-bit floats, ZIP."""
+    """{channel: array [height, width]} of a picture of hprad, with whatever layers, --half or --tiled: floats of 32 or 16
+    bits, numbers (patchId, elementId) as uint32. A crop has the pixels of its window only."""
     with open(path, "rb") as file:
         data = file.read()
-    if struct.unpack_from("<II", data)[0] != 20000630:
+    if struct.unpack_from("<I", data)[0] != 20000630:
         raise ValueError(f"{path} is no OpenEXR file")
     attributes, at = _header(data)
-    lines = {0: 1, 2: 1, 3: 16}[attributes["compression"][0]]
     x0, y0, x1, y1 = struct.unpack("<4i", attributes["dataWindow"])
-    width, height, names = x1 - x0 + 1, y1 - y0 + 1, _channels(attributes["channels"])
-    chunks = struct.unpack_from(f"<{(height + lines - 1) // lines}Q", data, at)
-    image = np.empty((height, len(names), width), "<f4")
-    for chunk in chunks:
-        y, size = struct.unpack_from("<iI", data, chunk)
-        rows = image[y - y0:y - y0 + lines]
-        rows[...] = np.frombuffer(_unzip(data[chunk + 8:chunk + 8 + size], rows.nbytes), "<f4").reshape(rows.shape)
-    return {name: image[:, i] for i, name in enumerate(names)}
+    size, channels = (x1 - x0 + 1, y1 - y0 + 1), _channels(attributes["channels"])
+    image = {name: np.empty(size[::-1], kind) for name, kind in channels}
+    line = sum(np.dtype(kind).itemsize for _, kind in channels)
+    for x, y, wide, high, packed in _boxes(data, at, attributes, size):
+        pixels, offset = _unzip(packed, line * wide * high), 0
+        for row in range(y, y + high):
+            for name, kind in channels:
+                image[name][row, x:x + wide] = np.frombuffer(pixels, kind, wide, offset)
+                offset += wide * image[name].itemsize
+    return image

@@ -196,6 +196,7 @@ HPR_API hpr_status hpr_job_reference(hpr_context *context, const char *scene_pat
 /** Solution .glb and a table of points -> a table of irradiance and radiosity. */
 typedef struct hpr_job_probe_options {
     const char *output_path; /**< NULL or "-": standard output */
+    int gather;              /**< 1: by hpr_solution_gather */
     hpr_job_events events;
 } hpr_job_probe_options;
 

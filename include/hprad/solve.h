@@ -253,6 +253,17 @@ HPR_API hpr_status hpr_solution_probe(hpr_context *context, const hpr_solution *
                                       const double *point, const double *normal, double *irradiance,
                                       double *radiosity, uint32_t *patch);
 
+/**
+ * The same by final gathering: at each point what the solution's radiosity sends there is integrated anew,
+ * past the true obstacles, and not read from the polynomial of the element. Closer to the truth where
+ * elements are coarse for what happens on them, as near edges; it takes some milliseconds a point, and the
+ * moments of direct light once more beforehand. Same bits for any number of threads. Errors: HPR_ERR_MEMORY,
+ * HPR_ERR_DEVICE, HPR_ERR_UNSUPPORTED, HPR_ERR_INTERRUPTED.
+ */
+HPR_API hpr_status hpr_solution_gather(hpr_context *context, const hpr_solution *solution, size_t count,
+                                       const double *point, const double *normal, double *irradiance,
+                                       double *radiosity, uint32_t *patch);
+
 #ifdef __cplusplus
 }
 #endif

@@ -44,7 +44,7 @@ static hpr_status read_inputs(hpr_job *job, const char *solution_path, const cha
     return status;
 }
 
-static hpr_status evaluate(hpr_job *job, const hpr_solution *solution, probe *p)
+static hpr_status evaluate(hpr_job *job, const hpr_solution *solution, bool gather, probe *p)
 {
     hpr_context *ctx = job->context;
     size_t channels = solution->channel_count;
@@ -56,8 +56,8 @@ static hpr_status evaluate(hpr_job *job, const hpr_solution *solution, probe *p)
     if (status == HPR_OK)
         status = hpr_allocate_into(ctx, &p->patch, p->count, sizeof *p->patch, "patches of points");
     if (status == HPR_OK)
-        status = hpr_solution_probe(ctx, solution, p->count, p->point, p->normal, p->irradiance, p->radiosity,
-                                    p->patch);
+        status = (gather ? hpr_solution_gather : hpr_solution_probe)(
+            ctx, solution, p->count, p->point, p->normal, p->irradiance, p->radiosity, p->patch);
     if (status != HPR_OK)
         return status;
     job->result->summary = solution->summary;
@@ -107,7 +107,7 @@ hpr_status hpr_job_probe(hpr_context *ctx, const char *solution_path, const char
     if (status == HPR_OK)
         status = read_inputs(&job, solution_path, points_path, &p, &solution);
     if (status == HPR_OK)
-        status = evaluate(&job, solution, &p);
+        status = evaluate(&job, solution, chosen.gather, &p);
     if (status == HPR_OK)
         status = write_table(&job, solution, &p, chosen.output_path);
     release_probe(ctx, &p);

@@ -1,17 +1,24 @@
 /* hprad probe */
 #include "cli/cli.h"
 
-enum { OPTION_OUTPUT = CLI_OPTION_OWN };
+enum { OPTION_OUTPUT = CLI_OPTION_OWN, OPTION_GATHER };
 
 static const struct poptOption options[] = {
     {"output", 'o', POPT_ARG_STRING, NULL, OPTION_OUTPUT, "the table (default: standard output)", "OUT.csv"},
+    {"gather", 0, POPT_ARG_NONE, NULL, OPTION_GATHER,
+     "integrate anew at each point what the solution's surfaces send there: slower, and closer to the truth "
+     "where elements are coarse",
+     NULL},
     {NULL, 0, POPT_ARG_INCLUDE_TABLE, (void *)cli_common_options, 0, "Common:", NULL},
     POPT_TABLEEND};
 
 static bool take(void *user, int id, const char *value)
 {
+    hpr_job_probe_options *chosen = user;
     if (id == OPTION_OUTPUT)
-        ((hpr_job_probe_options *)user)->output_path = value;
+        chosen->output_path = value;
+    if (id == OPTION_GATHER)
+        chosen->gather = 1;
     return true;
 }
 

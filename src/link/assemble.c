@@ -182,7 +182,7 @@ static hpr_status make_links(assembly *a, const hpr_links_demand *demand)
     links->row_count = node_count(a);
     place_blocks(a);
     if (demand->counted)
-        return HPR_OK;
+        return index_rows(a);
     status = check_memory(a, demand->most_bytes);
     if (status == HPR_OK)
         status = index_rows(a);

@@ -59,7 +59,7 @@ typedef struct hpr_links_demand {
     /* gets the blocks that no product Gauss gives, and is asked for them; NULL: none */
     const hpr_block_keeper *keeper;
     bool constant;     /* links carry constants only, on all levels */
-    bool counted;      /* find the links, integrate nothing: block and row_link stay NULL */
+    bool counted;      /* find the links, integrate nothing: block and note stay NULL */
     double most_bytes; /* of blocks; beyond it is refused. 0: chosen (link/afford.h) */
     const bool *sends; /* [patches] does it reflect or emit? Pairs of which none does have no link. */
 } hpr_links_demand;

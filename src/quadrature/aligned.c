@@ -147,7 +147,13 @@ static void span_moments(integral *it, double low, double high, double *moment)
     it->to = moment;
     memset(moment, 0, (size_t)it->functions * sizeof *moment);
     if (nodes > CAP) {
-        const hpr_line line = {it->gauss, sqrt(it->square), low, high, it->tolerance, it->functions - 1};
+        const hpr_line line = {.gauss = it->gauss,
+                               .isa = HPR_ISA_SSE2,
+                               .distance = sqrt(it->square),
+                               .begin = low,
+                               .end = high,
+                               .tolerance = it->tolerance,
+                               .degree = it->functions - 1};
         hpr_polar_line(&line, add_places, it);
         return;
     }

@@ -102,6 +102,7 @@ static void along_segment(chooser *c, const hpr_rule *whole, const double from[2
 {
     const hpr_convergence con = convergence(c, &whole->nested, from, to);
     int nodes = hpr_convergence_nodes(&con, c->tolerance), most = c->cap + (con.degree + 1) / 2;
+    most = most < HPR_NODES_MAX ? most : HPR_NODES_MAX;
     if (nodes > most && depth < MAX_DEPTH && c->rule_count < MAX_RULES) {
         const double middle[2] = {(from[0] + to[0]) / 2, (from[1] + to[1]) / 2};
         along_segment(c, whole, from, middle, weight / 2, depth + 1);
@@ -109,7 +110,7 @@ static void along_segment(chooser *c, const hpr_rule *whole, const double from[2
         return;
     }
     c->reached &= nodes <= most;
-    nodes = nodes < HPR_NODES_MAX ? nodes : HPR_NODES_MAX;
+    nodes = nodes < most ? nodes : most;
     hpr_rule rule = *whole;
     hpr_nested *n = &rule.nested;
     c->rule_count++;
@@ -176,7 +177,7 @@ bool hpr_homothety_choose(const hpr_gauss_table *gauss, const hpr_pair *pair, co
                  .centre_count = h->centre_count,
                  .joined = h->touching,
                  .tolerance = tolerance,
-                 .cap = hpr_kernel_nodes(1, 0.5, tolerance),
+                 .cap = hpr_kernel_nodes(1, 0.25, tolerance),
                  .reached = true,
                  .sink = sink,
                  .user = user};

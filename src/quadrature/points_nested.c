@@ -66,40 +66,56 @@ static void outer_point(const hpr_gauss_table *gauss, const hpr_nested *rule, in
     *weight *= gauss->legendre[rule->nodes[1]].weight[j] * fabs(by_u[0] * by_v[1] - by_u[1] * by_v[0]);
 }
 
-static void set_outer(nest *n, const double place[2], double weight)
+static void add_outer(nest *n, const double place[2], double weight)
 {
     hpr_points *points = n->points;
-    points->count = 1;
-    points->s[0] = place[0];
-    points->t[0] = place[1];
-    points->x[0] = points->y[0] = points->z[0] = 0;
-    points->weight[0] = weight;
+    int k = points->count++;
+    points->s[k] = place[0];
+    points->t[k] = place[1];
+    points->x[k] = points->y[k] = points->z[k] = 0;
+    points->weight[k] = weight;
 }
 
-/* True if the closed form serves: then it stands in the outer weight, next to one inner point at distance 1.
- */
-static bool closed_form(nest *n, hpr_vec3 x, double z, const double place[2], double weight)
+/* Hands over the outer points whose weights hold the closed form, with one inner point at distance 1. */
+static void flush_closed(nest *n)
 {
-    static const double least = 64, share = 0.01;
-    hpr_polar *p = &n->polar;
-    hpr_vec3 corner[HPR_POLYGON_MAX];
-    if (p->degree || p->count == 2)
-        return false;
-    for (int i = 0; i < p->count; i++)
-        corner[i] = hpr_sub(p->corner[i], x);
-    hpr_lambert closed = hpr_lambert_above(n->outer->normal, corner, (size_t)p->count);
-    double most = fmax(least, share * p->tolerance / DBL_EPSILON);
-    if (!(closed.rounding <= most))
-        closed = hpr_lambert_beside(n->outer->normal, p->normal, z, corner, (size_t)p->count);
-    if (!(closed.rounding <= most))
-        return false;
-    set_outer(n, place, weight * closed.fraction * 3.14159265358979323846 / p->jacobian);
-    hpr_points *inner = p->points;
+    hpr_points *inner = n->polar.points;
+    if (!n->points->count)
+        return;
     inner->count = 1;
     inner->s[0] = inner->t[0] = 0.25;
     inner->x[0] = inner->weight[0] = 1;
     inner->y[0] = inner->z[0] = 0;
-    p->sink(p->user, p->group);
+    n->polar.sink(n->polar.user, n->polar.group);
+    n->points->count = 0;
+}
+
+/* In the weight measure: height over the outer plane times that of x, over r^4. */
+static bool polygon_in_closed_form(const nest *n, hpr_vec3 x, double z, double most, double *integral)
+{
+    const hpr_polar *p = &n->polar;
+    hpr_vec3 corner[HPR_POLYGON_MAX];
+    for (int i = 0; i < p->count; i++)
+        corner[i] = hpr_sub(p->corner[i], x);
+    hpr_lambert closed = hpr_lambert_above(n->outer->normal, corner, (size_t)p->count);
+    if (!(closed.rounding <= most))
+        closed = hpr_lambert_beside(n->outer->normal, p->normal, z, corner, (size_t)p->count);
+    *integral = closed.fraction * 3.14159265358979323846 / p->jacobian;
+    return closed.rounding <= most;
+}
+
+/* True if the closed form serves. */
+static bool closed_form(nest *n, hpr_vec3 x, double z, const double place[2], double weight)
+{
+    static const double least = 64, share = 0.01;
+    const hpr_polar *p = &n->polar;
+    double most = fmax(least, share * p->tolerance / DBL_EPSILON), integral;
+    if (p->degree || !(p->count > 2 ? polygon_in_closed_form(n, x, z, most, &integral)
+                                    : hpr_polar_closed(p, x, most, &integral)))
+        return false;
+    if (n->points->count == HPR_POINTS_MAX)
+        flush_closed(n);
+    add_outer(n, place, weight * integral * (p->count > 2 ? 1 : z));
     return true;
 }
 
@@ -113,8 +129,10 @@ static void at_outer_point(nest *n, int i, int j)
         n->rule->joined ? d[0] * n->height.along1 + d[1] * n->height.along2 : hpr_polar_height(&n->polar, x);
     if (!(z > 0) || closed_form(n, x, z, place, weight))
         return;
-    set_outer(n, place, weight * z);
+    flush_closed(n);
+    add_outer(n, place, weight * z);
     hpr_polar_points(&n->polar, x, z);
+    n->points->count = 0;
 }
 
 void hpr_points_nested(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_rule *any,
@@ -137,9 +155,11 @@ void hpr_points_nested(const hpr_gauss_table *gauss, const hpr_pair *pair, const
         n.offset = hpr_sub(hpr_frame_point(n.outer, rule->outer_origin[0], rule->outer_origin[1]),
                            hpr_frame_point(n.inner, rule->inner_origin[0], rule->inner_origin[1]));
     group->scale = 1;
+    n.points->count = 0;
     int first = rule->dimension > 0 ? rule->nodes[0] : 1, second = rule->dimension > 1 ? rule->nodes[1] : 1;
     for (int j = 0; j < second; j++) {
         for (int i = 0; i < first; i++)
             at_outer_point(&n, i, j);
     }
+    flush_closed(&n);
 }

@@ -37,6 +37,7 @@ typedef struct hpr_polar {
  * the polynomials. */
 typedef struct hpr_line {
     const hpr_gauss_table *gauss;
+    hpr_isa isa;
     double distance, begin, end, tolerance;
     int degree;
 } hpr_line;
@@ -54,6 +55,10 @@ double hpr_polar_error(const hpr_polygon *inner, double tolerance);
 /* Height of x over the plane, by way of the nearest point of the outline: the plane of a slender polygon is
  * known well only there. */
 double hpr_polar_height(const hpr_polar *polar, hpr_vec3 x);
+
+/* The integral of height / r^4 over a segment, of constants, in closed form; false if its terms cancel by
+ * more than the factor `rounding`. */
+bool hpr_polar_closed(const hpr_polar *polar, hpr_vec3 x, double rounding, double *integral);
 
 /* Hands over groups whose inner points are all points seen from x (relative to the origin, at height z > 0
  * over the polygon's plane), their positions relative to x; the other side of the group must be filled. */

@@ -63,13 +63,21 @@ static double surroundings_of(const hpr_solution *solution, size_t patch, size_t
 void hpr_outside_split(hpr_solution *solution, const double *outside, double *direct)
 {
     const hpr_elements *e = solution->elements;
-    size_t n = solution->channel_count, dofs = solution->summary.dof_count;
-    bool lamps = solution->summary.direct == HPR_DIRECT_EXACT;
+    size_t n = solution->channel_count;
     bool environment = solution->summary.environment == HPR_ENVIRONMENT_EXACT;
     for (size_t patch = 0; environment && patch < e->patch_count; patch++) {
         for (size_t c = 0; c < n; c++)
             solution->surroundings[n * patch + c] = surroundings_of(solution, patch, c, outside, direct);
     }
+    hpr_outside_weigh(solution, outside, direct);
+}
+
+void hpr_outside_weigh(const hpr_solution *solution, const double *outside, double *direct)
+{
+    const hpr_elements *e = solution->elements;
+    size_t n = solution->channel_count, dofs = solution->summary.dof_count;
+    bool lamps = solution->summary.direct == HPR_DIRECT_EXACT;
+    bool environment = solution->summary.environment == HPR_ENVIRONMENT_EXACT;
     for (size_t leaf = 0; leaf < e->leaf_count; leaf++) {
         const double *surroundings = solution->surroundings + n * e->patch[e->leaf[leaf]];
         for (size_t c = 0; c < n; c++) {

@@ -25,4 +25,7 @@ void hpr_outside_add(const hpr_solution *solution, const double *outside, double
  */
 void hpr_outside_split(hpr_solution *solution, const double *outside, double *direct);
 
+/* The same with the surroundings that the solution has. */
+void hpr_outside_weigh(const hpr_solution *solution, const double *outside, double *direct);
+
 #endif

@@ -38,12 +38,10 @@ static int cost_of(const element *e, int degree)
     return (e->occluded ? OCCLUDED : OPEN) + (int)hpr_basis_count(e->shape, degree);
 }
 
-int hpr_choice_parts(hpr_shape shape, const uint8_t halve[2])
+/* Into how many parts an element is halved so, if at all. */
+static int count_parts(const uint8_t halve[2])
 {
-    if (!halve[0] && !halve[1])
-        return 1;
-    (void)shape;
-    return halve[0] && halve[1] ? 4 : 2;
+    return (halve[0] ? 2 : 1) * (halve[1] ? 2 : 1);
 }
 
 /* The part of the square of what is left out that stays after so many degrees more. */
@@ -80,7 +78,7 @@ static void restrict_to(const element *e, const hpr_two_scale *two_scale, const 
     double between[HPR_MAX_BASIS];
     size_t count = hpr_basis_count(e->shape, e->degree), bytes = count * sizeof *value;
     hpr_half half = {.shape = e->shape, .whole_degree = e->degree, .half_degree = e->degree};
-    bool both = hpr_choice_parts(e->shape, c->halve) == PARTS;
+    bool both = count_parts(c->halve) == PARTS;
     half.axis = c->halve[0] ? 0 : 1;
     half.which = both ? part / 2 : part;
     memset(value, 0, bytes);
@@ -127,7 +125,7 @@ static void choose_degrees(const hpr_solution *solution, const element *e, const
     static const double share = 0.1; /* of what is left out, that low degrees may add */
     const size_t n = solution->channel_count, first = solution->elements->dof[leaf];
     const size_t count = hpr_basis_count(e->shape, e->degree);
-    int parts = hpr_choice_parts(e->shape, c->halve);
+    int parts = count_parts(c->halve);
     c->cost = 0;
     for (int part = 0; part < parts; part++) {
         double square[BANDS] = {0}, whole[HPR_MAX_BASIS], value[HPR_MAX_BASIS];
@@ -154,46 +152,81 @@ static hpr_choice halve(const element *e, bool all, int times)
         c.error2 += e->indicator->error2[axis] * (tensor ? c.halve[axis] ? left_by_halving(e, axis) : 1
                                                          : pow(left_by_halving(e, axis), times));
     }
-    int parts = hpr_choice_parts(e->shape, c.halve), degree = e->degree;
+    int parts = count_parts(c.halve), degree = e->degree;
     c.cost = parts * cost_of(e, degree);
     for (int part = 0; part < parts; part++)
         c.degree[part] = (uint8_t)degree;
     return c;
 }
 
-void hpr_propose(const hpr_solution *solution, const hpr_two_scale *two_scale, const double *indirect,
-                 const double *norm2, const hpr_indicator *indicator, size_t leaf, bool far, hpr_proposal *p)
+typedef struct proposing {
+    const hpr_solution *solution;
+    const hpr_two_scale *two_scale;
+    const double *indirect, *norm2;
+    size_t leaf;
+    hpr_proposal *proposal;
+} proposing;
+
+static void offer(const proposing *p, const hpr_choice *choice)
 {
-    const hpr_elements *elements = solution->elements;
-    uint32_t node = elements->leaf[leaf];
-    hpr_refine_mode mode = solution->summary.options.refine;
-    element e = {.shape = (hpr_shape)solution->patches->shape[elements->patch[node]],
-                 .degree = elements->degree[node],
-                 .indicator = indicator,
-                 .occluded = solution->summary.occluded,
-                 .error2 = indicator->error2[0] + indicator->error2[1]};
-    p->count = 1;
-    p->choice[0] =
-        (hpr_choice){.error2 = e.error2, .cost = cost_of(&e, e.degree), .degree = {(uint8_t)e.degree}};
-    if (!(e.error2 > 0))
-        return;
-    bool smooth = true;
-    for (int axis = 0; axis < 2; axis++)
-        smooth &= !wants(&e, axis) || is_smooth(&e, axis);
-    bool raises = mode == HPR_REFINE_P || (mode == HPR_REFINE_HP && (smooth || e.degree < LOWEST));
-    if (raises && e.degree < HPR_MAX_ORDER) {
-        for (int more = 1; more <= (e.degree >= LOWEST ? 2
-                                    : far              ? 3
-                                                       : 1) &&
-                           e.degree + more <= HPR_MAX_ORDER;
-             more++)
-            p->choice[p->count++] = raise_by(&e, more);
+    p->proposal->choice[p->proposal->count++] = *choice;
+}
+
+static void offer_degrees(const proposing *p, const element *e, int most)
+{
+    for (int more = 1; more <= most && e->degree + more <= HPR_MAX_ORDER; more++) {
+        hpr_choice c = raise_by(e, more);
+        offer(p, &c);
+    }
+}
+
+static void offer_halves(const proposing *p, const element *e, bool all, int times)
+{
+    hpr_choice c = halve(e, all, times);
+    if (p->solution->summary.options.refine == HPR_REFINE_HP && e->shape != HPR_SHAPE_QUADRILATERAL)
+        choose_degrees(p->solution, e, p->two_scale, p->indirect, p->norm2, p->leaf, &c);
+    offer(p, &c);
+}
+
+/* Where one axis is smooth and the other is not, most may be left out along the smooth one: then halving the
+ * other gains next to nothing. */
+static void offer_all(const proposing *p, const element *e, bool far)
+{
+    hpr_refine_mode mode = p->solution->summary.options.refine;
+    bool smooth = true, some = false;
+    for (int axis = 0; axis < 2; axis++) {
+        smooth &= !wants(e, axis) || is_smooth(e, axis);
+        some |= wants(e, axis) && is_smooth(e, axis);
+    }
+    bool raises = mode == HPR_REFINE_P || (mode == HPR_REFINE_HP && (smooth || e->degree < LOWEST));
+    if (raises && e->degree < HPR_MAX_ORDER) {
+        offer_degrees(p, e, e->degree >= LOWEST ? 2 : far ? 3 : 1);
     } else if (mode != HPR_REFINE_P) {
-        for (int times = 1; times <= (e.shape == HPR_SHAPE_PARALLELOGRAM ? 1 : 2); times++) {
-            hpr_choice c = halve(&e, mode == HPR_REFINE_H || smooth, times);
-            if (mode == HPR_REFINE_HP && e.shape != HPR_SHAPE_QUADRILATERAL)
-                choose_degrees(solution, &e, two_scale, indirect, norm2, leaf, &c);
-            p->choice[p->count++] = c;
+        offer_halves(p, e, mode == HPR_REFINE_H || smooth, 1);
+        if (e->shape != HPR_SHAPE_PARALLELOGRAM)
+            offer_halves(p, e, smooth, 2);
+        if (mode == HPR_REFINE_HP && some && !smooth) {
+            offer_halves(p, e, true, 1);
+            offer_degrees(p, e, 1);
         }
     }
+}
+
+void hpr_propose(const hpr_solution *solution, const hpr_two_scale *two_scale, const double *indirect,
+                 const double *norm2, const hpr_indicator *indicator, size_t leaf, bool far,
+                 hpr_proposal *proposal)
+{
+    const hpr_elements *elements = solution->elements;
+    const proposing p = {solution, two_scale, indirect, norm2, leaf, proposal};
+    uint32_t node = elements->leaf[leaf];
+    const element e = {.shape = (hpr_shape)solution->patches->shape[elements->patch[node]],
+                       .degree = elements->degree[node],
+                       .indicator = indicator,
+                       .occluded = solution->summary.occluded,
+                       .error2 = indicator->error2[0] + indicator->error2[1]};
+    proposal->count = 1;
+    proposal->choice[0] =
+        (hpr_choice){.error2 = e.error2, .cost = cost_of(&e, e.degree), .degree = {(uint8_t)e.degree}};
+    if (e.error2 > 0)
+        offer_all(&p, &e, far);
 }

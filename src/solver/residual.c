@@ -1,11 +1,8 @@
 #include "solver/residual.h"
 
 #include "basis/basis.h"
-#include "direct/environment.h"
-#include "link/spots.h"
 #include "math/hash.h"
-#include "solver/operator.h"
-#include "solver/outside.h"
+#include "solver/arrivals.h"
 
 #include <math.h>
 
@@ -74,80 +71,17 @@ static void choose_spots(measuring *m)
     }
 }
 
-static hpr_status gather_spots(measuring *m, const double *sent, double tolerance)
-{
-    enum { MOST = 4096 }; /* points of a call, so that each of each step has a number of its own */
-    const hpr_spots_task task = {.links = m->transport->links,
-                                 .coverage = m->transport->coverage,
-                                 .channel_count = m->solution->channel_count,
-                                 .sent = sent,
-                                 .tolerance = tolerance,
-                                 .count = m->count,
-                                 .spot = m->spot,
-                                 .keeper = m->transport->keeper,
-                                 .call = (uint32_t)(MOST * (size_t)m->solution->summary.steps + m->count)};
-    return hpr_spots_gather(&task, m->irradiance);
-}
-
-/* What the nodes send: M through the basis, of all patches or those on which it varies, and what is
- * reflected. */
 static hpr_status gather(measuring *m, double tolerance)
 {
-    const hpr_solution *solution = m->solution;
-    const hpr_patches *patches = solution->patches;
-    const hpr_elements *e = solution->elements;
-    hpr_context *ctx = solution->context;
-    size_t n = solution->channel_count, dofs = solution->summary.dof_count;
-    const hpr_mass *mass = &m->transport->mass;
-    double *radiosity = NULL;
-    hpr_operator *op = NULL;
-    hpr_status status = hpr_allocate_into(ctx, &radiosity, n * dofs, sizeof(double), "the error estimate");
-    for (size_t leaf = 0; status == HPR_OK && leaf < e->leaf_count; leaf++) {
-        for (size_t c = 0; c < n; c++) {
-            double h[HPR_MAX_BASIS];
-            for (size_t k = e->dof[leaf]; k < e->dof[leaf + 1]; k++)
-                h[k - e->dof[leaf]] = solution->irradiance[n * k + c];
-            hpr_mass_reflect(mass, leaf, c, 1, h, radiosity + c * dofs + e->dof[leaf]);
-            if (solution->summary.direct == HPR_DIRECT_GALERKIN || hpr_mass_glows(mass, leaf))
-                hpr_mass_emit(mass, leaf, c, radiosity + c * dofs + e->dof[leaf]);
-        }
-    }
-    if (status == HPR_OK)
-        status = hpr_operator_create(m->transport->links, n, &op);
-    for (size_t patch = 0; status == HPR_OK && patch < patches->count; patch++)
-        hpr_operator_send(op, patch, radiosity);
-    if (status == HPR_OK)
-        status = gather_spots(m, op->sent, tolerance);
-    hpr_operator_destroy(&op);
-    hpr_release(ctx, radiosity);
-    return status;
-}
-
-/* What the basis carries of the light from outside: S V, or pi L V. */
-static hpr_status add_outside(measuring *m)
-{
-    enum { SIDE = 64 }; /* of the lattices of rays, if V cannot be clipped */
-    static const double pi = 3.14159265358979323846;
-    const hpr_solution *solution = m->solution;
-    const hpr_elements *e = solution->elements;
-    size_t n = solution->channel_count;
-    bool exact = solution->summary.environment == HPR_ENVIRONMENT_EXACT;
-    hpr_environment *environment = NULL;
-    hpr_status status = hpr_environment_create(solution->patches, e, &environment);
-    bool clip = status == HPR_OK && hpr_environment_affordable(environment);
-#pragma omp parallel for schedule(dynamic, 1) num_threads(hpr_context_threads(solution->context))
-    for (size_t i = 0; i < (status == HPR_OK ? m->count : 0); i++) {
-        uint32_t node = e->leaf[m->spot[i].leaf], patch = e->patch[node];
-        hpr_element_frame frame = hpr_node_frame(solution->patches, e, node);
-        hpr_vec3 x = hpr_frame_point(&frame, m->spot[i].s, m->spot[i].t);
-        double part = clip ? hpr_environment_opening(environment, patch, x).part
-                           : hpr_environment_sample(environment, patch, x, SIDE, i).part;
-        for (size_t c = 0; c < n; c++)
-            m->irradiance[n * i + c] +=
-                part * (exact ? solution->surroundings[n * patch + c] : pi * solution->environment[c]);
-    }
-    hpr_environment_destroy(&environment);
-    return status;
+    enum { MOST = 4096 }; /* points of a call, so that each of each step has a number of its own */
+    const hpr_arrivals_task task = {.solution = m->solution,
+                                    .transport = m->transport,
+                                    .tolerance = tolerance,
+                                    .count = m->count,
+                                    .spot = m->spot,
+                                    .call = (uint32_t)(MOST * (size_t)m->solution->summary.steps + m->count)};
+    hpr_status status = hpr_arrivals_gather(&task, m->irradiance);
+    return status == HPR_OK ? hpr_arrivals_add_outside(&task, true, m->irradiance) : status;
 }
 
 /* From H~ to the squares that are summed; channels without light count nothing. */
@@ -237,8 +171,6 @@ hpr_status hpr_residual_measure(const hpr_solution *solution, const hpr_transpor
         choose_spots(&m);
         status = gather(&m, tolerance);
     }
-    if (status == HPR_OK && hpr_outside_shines(solution))
-        status = add_outside(&m);
     if (status == HPR_OK) {
         square_all(&m);
         *residual = sum_up(&m);

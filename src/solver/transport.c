@@ -192,37 +192,47 @@ static hpr_status find_outside(hpr_solution *solution, hpr_transport *t)
     return status;
 }
 
-/* The moments of D become the coefficients of what is evaluated at points. */
-static void split(hpr_solution *solution, hpr_transport *t)
+static void project_on_open(const hpr_solution *solution, hpr_transport *t)
 {
     const hpr_elements *e = solution->elements;
     size_t n = solution->channel_count, dofs = solution->summary.dof_count;
-    for (size_t i = 0; t->glow && i < n * dofs; i++)
-        t->direct[i] -= t->glow[i];
-    hpr_outside_split(solution, t->outside, t->direct);
     for (size_t leaf = 0; leaf < e->leaf_count; leaf++) {
         for (size_t c = 0; c < n; c++)
             hpr_coverage_project(t->coverage, leaf, t->direct + c * dofs + e->dof[leaf]);
     }
 }
 
-hpr_status hpr_transport_solve(hpr_solution *solution, const hpr_transport_demand *demand, hpr_transport *t)
+/* The moments of D become the coefficients of what is evaluated at points. */
+static void split(hpr_solution *solution, hpr_transport *t)
 {
-    hpr_context *ctx = solution->context;
+    for (size_t i = 0; t->glow && i < solution->channel_count * solution->summary.dof_count; i++)
+        t->direct[i] -= t->glow[i];
+    hpr_outside_split(solution, t->outside, t->direct);
+    project_on_open(solution, t);
+}
+
+static hpr_status open_up(const hpr_solution *solution, const hpr_transport_demand *demand, bool counted,
+                          hpr_transport *t)
+{
     *t = (hpr_transport){.keeper = demand->keeper};
-    hpr_stage_begin(ctx, "assembly");
+    hpr_stage_begin(solution->context, "assembly");
     hpr_status status = hpr_coverage_create(solution->patches, solution->elements, &t->coverage);
     if (status == HPR_OK)
         status = hpr_mass_init(solution->patches, solution->elements, t->coverage, &t->mass);
     if (status == HPR_OK)
-        status = link_up(solution, t->coverage, demand, false, &t->links);
-    hpr_stage_end(ctx);
+        status = link_up(solution, t->coverage, demand, counted, &t->links);
+    hpr_stage_end(solution->context);
+    return status == HPR_OK ? allocate(solution, t) : status;
+}
+
+hpr_status hpr_transport_solve(hpr_solution *solution, const hpr_transport_demand *demand, hpr_transport *t)
+{
+    hpr_context *ctx = solution->context;
+    hpr_status status = open_up(solution, demand, false, t);
     if (status == HPR_OK) {
         summarise_links(solution, t->links);
-        status = allocate(solution, t);
-    }
-    if (status == HPR_OK)
         status = find_direct(solution, demand, t);
+    }
     if (status == HPR_OK)
         status = find_outside(solution, t);
     if (status == HPR_OK) {
@@ -244,6 +254,25 @@ hpr_status hpr_transport_finish(hpr_solution *solution, const hpr_transport *t)
     for (size_t i = 0; status == HPR_OK && i < n * dofs; i++)
         solution->irradiance[i] -= t->direct[i % n * dofs + i / n];
     return status;
+}
+
+hpr_status hpr_transport_restore(hpr_solution *solution, const hpr_transport_demand *demand, hpr_transport *t)
+{
+    size_t n = solution->channel_count, dofs = solution->summary.dof_count;
+    hpr_status status = open_up(solution, demand, true, t);
+    hpr_stage_begin(solution->context, "direct light");
+    if (status == HPR_OK && solution->summary.direct == HPR_DIRECT_EXACT)
+        status = project_direct(solution, t->coverage, demand, t->direct);
+    hpr_stage_end(solution->context);
+    if (status == HPR_OK)
+        status = find_outside(solution, t);
+    if (status != HPR_OK)
+        return status;
+    hpr_outside_weigh(solution, t->outside, t->direct);
+    project_on_open(solution, t);
+    for (size_t i = 0; i < n * dofs; i++)
+        solution->irradiance[i] += t->direct[i % n * dofs + i / n];
+    return HPR_OK;
 }
 
 hpr_status hpr_transport_count(const hpr_solution *solution, const hpr_transport_demand *demand,

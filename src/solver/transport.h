@@ -39,6 +39,14 @@ hpr_status hpr_transport_solve(hpr_solution *solution, const hpr_transport_deman
 /* The energy terms, and then solution->irradiance without what is evaluated at points. Errors as above. */
 hpr_status hpr_transport_finish(hpr_solution *solution, const hpr_transport *transport);
 
+/*
+ * What there was before hpr_transport_finish, of a solution that is finished: its irradiance becomes the
+ * whole H again; but the links have no blocks, and their errors are not known. Only the tolerances of links
+ * and of direct light matter. transport and errors as above.
+ */
+hpr_status hpr_transport_restore(hpr_solution *solution, const hpr_transport_demand *demand,
+                                 hpr_transport *transport);
+
 /* The links of hpr_transport_solve without their blocks, and the coverage that they borrow; nothing is
  * integrated. transport as above. Errors as above. */
 hpr_status hpr_transport_count(const hpr_solution *solution, const hpr_transport_demand *demand,

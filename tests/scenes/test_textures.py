@@ -9,12 +9,12 @@ import os
 import struct
 import sys
 import tempfile
-import zlib
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 import exr  # noqa: E402
 import z_test  # noqa: E402
 from cli_support import Command  # noqa: E402
+from png import png, uri  # noqa: E402
 from tap import check, done  # noqa: E402
 
 # Inner sides of the unit cube: origin, edge along u, edge along v.
@@ -35,21 +35,8 @@ OkNERUZHSElKU1RVVldYWVpjZGVmZ2hpanN0dXZ3eHl6goOEhYaHiImKkpOUlZaXmJmaoqOkpaanqKmq
 """)
 
 
-def png(rows):
-    """A PNG of these rows of (r, g, b)."""
-    def chunk(kind, data):
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-    raw = b"".join(b"\0" + bytes(x for pixel in row for x in pixel) for row in rows)
-    head = struct.pack(">IIBBBBB", len(rows[0]), len(rows), 8, 2, 0, 0, 0)
-    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(raw)) + chunk(b"IEND", b"")
-
-
 def chequers(side, colours=(WHITE, DARK)):
     return [[colours[(x + y) % 2] for x in range(side)] for y in range(side)]
-
-
-def uri(kind, data):
-    return f"data:{kind};base64," + base64.b64encode(data).decode()
 
 
 def image(picture):
@@ -201,6 +188,10 @@ def check_glow_at_points(command):
             m = math.pi * linear((WHITE, DARK)[i % 2][channel])
             off = max(off, abs(float(row["radiosity_" + name]) - .5 * float(row["irradiance_" + name]) - m))
     check(f"points show what their texel emits ({off:.1e})", off <= math.pi * 2 ** -24 + 1e-13)
+    gathered = run(command, "probe", "s.glb", "points.csv", "--gather").stdout
+    off = max(abs(float(a["irradiance_" + name]) / float(b["irradiance_" + name]) - 1) for name in "rgb"
+              for a, b in zip(*(csv.DictReader(table.splitlines()) for table in (gathered, points))))
+    check(f"and what arrives of that is what is gathered ({off:.1e})", 0 < off < .06)
     halves = [(1 + linear(c)) / 2 for c in DARK]  # of five walls; the sixth is the lamp, of radiance 1
     off = max(abs(e["emitted"] - math.pi * (1 + 5 * h)) / e["emitted"] for e, h in zip(energy, halves))
     check(f"they emit the mean of the picture ({off:.1e})", off < 1e-7)

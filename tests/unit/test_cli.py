@@ -25,7 +25,7 @@ FILM = ["--camera", "--size", "--samples", "--png", "--exposure"]
 RENDER = [*FILM, "--camera-file", "--orbit", "--orbit-centre", "--frames", "--crop", "--filter", "--filter-width",
           "--aov", "--half", "--tiled", "--false-colour", "--compare"]
 METHOD = ["--method", "--hemicube", "--rays", "--shots", "--every"]
-OPTIONS = {"": SOLVE + RENDER, "solve": [*SOLVE, *METHOD, "--checkpoint", "--resume"], "render": [*RENDER, "--environment", "--report"], "probe": [],
+OPTIONS = {"": SOLVE + RENDER, "solve": [*SOLVE, *METHOD, "--checkpoint", "--resume"], "render": [*RENDER, "--environment", "--report"], "probe": ["--gather"],
            "plan": ["--measure", *SOLVE],
            "batch": ["--jobs", "--memory", "--shard", "--dry-run"],
            "formfactors": ["--tol", "--order", "--use-eps", "--scene-index"],
@@ -485,6 +485,10 @@ def check_probe(command):
     os.remove(path_of(command, "out.csv"))
     result = command("probe", "one.glb", "points.csv", "-o", "-")
     check("probe: -o - is stdout", list(csv.DictReader(result.stdout.splitlines())) == rows)
+    gathered = list(csv.DictReader(command("probe", "one.glb", "points.csv", "--gather").stdout.splitlines()))
+    plain, other = (float(r[0]["irradiance_r"]) for r in (rows, gathered))
+    check(f"probe --gather: such a table, too ({other / plain - 1:.1e})",
+          [row["status"] for row in gathered] == ["ok", "nomatch"] and abs(other / plain - 1) < .2)
 
 
 def check_signals(command):

@@ -339,23 +339,13 @@ static double domain_node(const hpr_gauss_table *gauss, const hpr_element_frame 
     return gauss->legendre[n].weight[index % n] * gauss->jacobi[n].weight[index / n];
 }
 
-/* C [count][count] of one side. */
+/* C [count][count] of one side that is no parallelogram. */
 static void scale_matrix(const hpr_gauss_table *gauss, const hpr_element_frame *frame, const double centre[2],
                          double lambda, double *matrix)
 {
     size_t n = (size_t)frame->degree + 1, count = hpr_basis_count(frame->shape, frame->degree);
-    memset(matrix, 0, count * count * sizeof *matrix);
-    if (frame->shape == HPR_SHAPE_PARALLELOGRAM) {
-        double in_s[HPR_MAX_BASIS], in_t[HPR_MAX_BASIS];
-        scale_tensor(gauss, frame->degree, centre[0], lambda, in_s);
-        scale_tensor(gauss, frame->degree, centre[1], lambda, in_t);
-        for (size_t l = 0; l < count; l++) {
-            for (size_t m = 0; m < count; m++)
-                matrix[l * count + m] = in_s[l / n * n + m / n] * in_t[l % n * n + m % n];
-        }
-        return;
-    }
     double here[HPR_MAX_BASIS], there[HPR_MAX_BASIS];
+    memset(matrix, 0, count * count * sizeof *matrix);
     for (size_t q = 0; q < n * n; q++) {
         double s, t, weight = domain_node(gauss, frame, (int)n, (int)q, &s, &t);
         hpr_frame_basis(frame, s, t, here);
@@ -368,47 +358,83 @@ static void scale_matrix(const hpr_gauss_table *gauss, const hpr_element_frame *
     }
 }
 
-/* result [rows][columns] += factor * left [rows][inner] right [inner][columns] */
-static void add_product(size_t rows, size_t inner, size_t columns, double factor, const double *left,
-                        const double *right, double *result)
+/* An array [before][n][after], of which the middle index is to be multiplied by matrix [n][n]. */
+typedef struct axis {
+    size_t before, n, after;
+    const double *matrix;
+} axis;
+
+static void multiply(const axis *a, const double *in, double *out)
 {
-    for (size_t i = 0; i < rows; i++) {
-        for (size_t k = 0; k < inner; k++) {
-            double f = factor * left[i * inner + k];
-            for (size_t j = 0; j < columns && f != 0; j++)
-                result[i * columns + j] += f * right[k * columns + j];
+    const size_t n = a->n, after = a->after;
+    memset(out, 0, a->before * n * after * sizeof *out);
+    for (size_t i = 0; i < a->before; i++, in += n * after, out += n * after) {
+        for (size_t l = 0; l < n; l++) {
+            for (size_t m = 0; m < n; m++) {
+                double f = a->matrix[l * n + m];
+                for (size_t k = 0; k < after && f != 0; k++)
+                    out[l * after + k] += f * in[m * after + k];
+            }
         }
     }
 }
 
-/* The same with the transpose of right [columns][inner]. */
-static void add_transposed(size_t rows, size_t inner, size_t columns, double factor, const double *left,
-                           const double *right, double *result)
+/* What one side is multiplied by while the other waits: arrays [functions][after]. */
+typedef struct two_arrays {
+    double *now, *next;
+} two_arrays;
+
+static void multiply_by(const axis *axis, two_arrays *arrays)
 {
-    for (size_t i = 0; i < rows; i++) {
-        for (size_t j = 0; j < columns; j++) {
-            double sum = 0;
-            for (size_t k = 0; k < inner; k++)
-                sum += left[i * inner + k] * right[j * inner + k];
-            result[i * columns + j] += factor * sum;
-        }
+    double *done = arrays->now;
+    multiply(axis, done, arrays->next);
+    arrays->now = arrays->next;
+    arrays->next = done;
+}
+
+/* A parallelogram's C is a product of two of one dimension. matrices: [count^2] */
+static void scale_side(const hpr_gauss_table *gauss, const hpr_element_frame *frame, const double centre[2],
+                       double lambda, size_t after, double *matrices, two_arrays *arrays)
+{
+    size_t n = (size_t)frame->degree + 1, count = hpr_basis_count(frame->shape, frame->degree);
+    if (frame->shape != HPR_SHAPE_PARALLELOGRAM) {
+        scale_matrix(gauss, frame, centre, lambda, matrices);
+        multiply_by(&(axis){1, count, after, matrices}, arrays);
+        return;
     }
+    scale_tensor(gauss, frame->degree, centre[0], lambda, matrices);
+    multiply_by(&(axis){1, n, n * after, matrices}, arrays);
+    scale_tensor(gauss, frame->degree, centre[1], lambda, matrices);
+    multiply_by(&(axis){n, n, after, matrices}, arrays);
+}
+
+static void transpose(size_t rows, size_t columns, two_arrays *arrays)
+{
+    double *from = arrays->now, *to = arrays->next;
+    for (size_t i = 0; i < rows; i++) {
+        for (size_t j = 0; j < columns; j++)
+            to[j * rows + i] = from[i * columns + j];
+    }
+    arrays->now = to;
+    arrays->next = from;
 }
 
 void hpr_homothety_apply(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_centre *centre,
                          int power, const double *inside, double *block, double *scratch)
 {
     size_t rows = hpr_basis_count(pair->recv.shape, pair->recv.degree);
-    size_t columns = hpr_basis_count(pair->send.shape, pair->send.degree);
+    size_t columns = hpr_basis_count(pair->send.shape, pair->send.degree), count = rows * columns;
     int degree = hpr_total_degree(&pair->recv) + hpr_total_degree(&pair->send) + power;
     const hpr_gauss_rule *rule = &gauss->legendre[degree / 2 + 1];
-    double *left = scratch, *right = left + rows * rows, *half = right + columns * columns;
     for (int q = 0; q < degree / 2 + 1; q++) {
         double lambda = rule->node[q], weight = rule->weight[q] * (power ? lambda : 1);
-        scale_matrix(gauss, &pair->recv, centre->recv, lambda, left);
-        scale_matrix(gauss, &pair->send, centre->send, lambda, right);
-        memset(half, 0, rows * columns * sizeof *half);
-        add_product(rows, rows, columns, 1, left, inside, half);
-        add_transposed(rows, columns, columns, weight, half, right, block);
+        two_arrays arrays = {scratch, scratch + count};
+        memcpy(arrays.now, inside, count * sizeof *inside);
+        scale_side(gauss, &pair->recv, centre->recv, lambda, columns, scratch + 2 * count, &arrays);
+        transpose(rows, columns, &arrays);
+        scale_side(gauss, &pair->send, centre->send, lambda, rows, scratch + 2 * count, &arrays);
+        transpose(columns, rows, &arrays);
+        for (size_t i = 0; i < count; i++)
+            block[i] += weight * arrays.now[i];
     }
 }

@@ -41,7 +41,7 @@ bool hpr_homothety_choose(const hpr_gauss_table *gauss, const hpr_pair *pair, co
                           double tolerance, hpr_rule_sink sink, void *user);
 
 /* block += ∫_0^1 lambda^power C_recv(lambda) inside C_send(lambda)T dlambda; both [n_recv][n_send]. scratch:
- * [n_recv^2 + n_send^2 + n_recv n_send]. */
+ * [2 n_recv n_send + max(n_recv, n_send)^2]. */
 void hpr_homothety_apply(const hpr_gauss_table *gauss, const hpr_pair *pair, const hpr_centre *centre,
                          int power, const double *inside, double *block, double *scratch);
 

@@ -187,7 +187,8 @@ typedef struct grid_sums {
     const double *basis;
     double *sum;
     size_t stride, basis_stride;
-    bool wide; /* each number of the basis stands eight times */
+    bool wide;  /* each number of the basis stands eight times */
+    bool fresh; /* the sums are 0 before */
 } grid_sums;
 
 /* sum of one eight of outer points; functions at most GRID_FUNCTIONS. (A single one would be fused number
@@ -198,7 +199,7 @@ HPR_LANES_BODY void grid_tile(const grid_sums *g, int functions, bool fused)
     const double *basis = g->basis;
 #pragma GCC unroll 8
     for (int l = 0; l < functions; l++)
-        sum[l] = hpr_lanes_load(g->sum + (size_t)l * g->stride);
+        sum[l] = g->fresh ? hpr_lanes_of(0) : hpr_lanes_load(g->sum + (size_t)l * g->stride);
     for (size_t j = 0; j < g->points; j++, basis += g->wide ? HPR_LANES : 1) {
         hpr_lanes kernel = g->kernel[j];
 #pragma GCC unroll 8
@@ -307,7 +308,7 @@ HPR_LANES_BODY void grid_body(const hpr_points *outer, size_t first, const hpr_p
         const eight o = eight_of(outer, i, scale);
         kernels_body(&o, inner, start, points, scratch->kernel, fused);
         const grid_sums g = {points,   scratch->kernel,  basis, moment + (i - first),
-                             HPR_ROWS, HPR_TABLE_POINTS, false};
+                             HPR_ROWS, HPR_TABLE_POINTS, false, false};
         grid_tiles(g, functions, fused);
     }
 }
@@ -330,11 +331,9 @@ HPR_LANES_BODY void along_first(const hpr_factors *f, size_t rows, hpr_sums_scra
 {
     const size_t functions = (size_t)f->degree + 1;
     for (size_t j = 0; j < rows; j++) {
-        for (size_t a = 0; a < functions; a++)
-            scratch->x[a][j] = hpr_lanes_of(0);
         const grid_sums g = {
             f->nodes[0],      scratch->kernel + j * f->nodes[0], f->wide_first, (double *)&scratch->x[0][j],
-            HPR_TABLE_POINTS, f->nodes[0] * HPR_LANES,           true};
+            HPR_TABLE_POINTS, f->nodes[0] * HPR_LANES,           true,          true};
         grid_tiles(g, functions, fused);
     }
 }
@@ -348,7 +347,7 @@ HPR_LANES_BODY void along_second(const hpr_factors *f, size_t j, size_t rows, hp
     for (size_t a = 0; a <= (size_t)f->degree; a++) {
         size_t count = second_count(f, a);
         const grid_sums g = {rows,      scratch->x[a],           second, (double *)sum,
-                             HPR_LANES, f->nodes[1] * HPR_LANES, true};
+                             HPR_LANES, f->nodes[1] * HPR_LANES, true,   j == 0};
         grid_tiles(g, count, fused);
         sum += count;
         second += f->total ? count * f->nodes[1] * HPR_LANES : 0;
@@ -375,8 +374,6 @@ HPR_LANES_BODY void factored_body(const hpr_points *outer, size_t first, const h
     for (size_t i = first; i < rows_end(outer, first); i += HPR_LANES) {
         const eight o = eight_of(outer, i, scale);
         const hpr_lanes *sum = scratch->sum;
-        for (size_t k = 0; k < functions * functions; k++)
-            scratch->sum[k] = hpr_lanes_of(0);
         for (size_t j = 0; j < f->nodes[1]; j += most) {
             size_t rows = f->nodes[1] - j < most ? f->nodes[1] - j : most;
             kernels_body(&o, inner, j * f->nodes[0], rows * f->nodes[0], scratch->kernel, fused);

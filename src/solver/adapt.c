@@ -88,7 +88,7 @@ static int choose_axis(void *user, const hpr_piece_of_leaf *piece)
     int both = d->halve[0] + d->halve[1];
     if (piece->depth >= both)
         return -1;
-    if (s->patches->shape[piece->patch] != HPR_SHAPE_PARALLELOGRAM)
+    if (s->patches->shape[piece->patch] == HPR_SHAPE_TRIANGLE)
         return piece->level % 2;
     return piece->depth == 0 && d->halve[0] ? 0 : 1;
 }

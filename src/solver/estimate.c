@@ -38,11 +38,10 @@ static double add_unsent(const hpr_solution *solution, hpr_indicator *indicator)
 {
     double sum = 0;
     for (size_t leaf = 0; leaf < solution->elements->leaf_count; leaf++) {
-        bool tensor =
-            hpr_leaf_frame(solution->patches, solution->elements, leaf).shape == HPR_SHAPE_PARALLELOGRAM;
+        bool axes = hpr_leaf_frame(solution->patches, solution->elements, leaf).shape != HPR_SHAPE_TRIANGLE;
         double unsent2 = indicator[leaf].unsent2;
-        indicator[leaf].error2[0] += tensor ? unsent2 / 2 : unsent2;
-        indicator[leaf].error2[1] += tensor ? unsent2 / 2 : 0;
+        indicator[leaf].error2[0] += axes ? unsent2 / 2 : unsent2;
+        indicator[leaf].error2[1] += axes ? unsent2 / 2 : 0;
         sum += unsent2;
     }
     return sum;

@@ -1,6 +1,7 @@
 #include "solver/indicator.h"
 
 #include "basis/basis.h"
+#include "solver/along.h"
 
 #include <math.h>
 
@@ -14,30 +15,45 @@ typedef struct bands {
 
 static int axes(hpr_shape shape)
 {
-    return shape == HPR_SHAPE_PARALLELOGRAM ? 2 : 1;
+    return shape == HPR_SHAPE_TRIANGLE ? 1 : 2;
 }
 
-/* Degree of function k along an axis of a parallelogram, else its total degree. */
-static int degree_of(hpr_shape shape, int degree, int axis, size_t k)
+/* Of a triangle by total degree. */
+static void add_total(const double *coefficient, size_t stride, double weight, bands *b)
 {
-    size_t n = (size_t)degree + 1;
-    if (shape == HPR_SHAPE_PARALLELOGRAM)
-        return (int)(axis == 0 ? k / n : k % n);
-    int total = 0;
-    while (k > (size_t)total)
-        k -= (size_t)++total;
-    return total;
+    size_t k = 0;
+    for (int total = 0; total <= b->degree; total++) {
+        for (int i = 0; i <= total; i++, k++)
+            b->square[0][total] += weight * coefficient[k * stride] * coefficient[k * stride];
+    }
 }
 
-static void add_channel(hpr_shape shape, const double *coefficient, size_t count, size_t stride,
-                        double weight, bands *b)
+/* Of a quadrilateral, which has no functions of a higher total degree, bands are of that too; what is in one
+ * goes to the axes by their degrees in it. */
+static void add_tensor(const hpr_element_frame *frame, const double *value, double weight, bands *b)
 {
-    for (int axis = 0; axis < axes(shape); axis++) {
-        for (size_t k = 0; k < count; k++) {
-            double c = coefficient[k * stride];
-            b->square[axis][degree_of(shape, b->degree, axis, k)] += weight * c * c;
+    int n = b->degree + 1;
+    bool product = frame->shape == HPR_SHAPE_PARALLELOGRAM;
+    for (int k = 0; k < n * n; k++) {
+        const int degree[2] = {k / n, k % n}, total = degree[0] + degree[1];
+        for (int axis = 0; axis < 2; axis++) {
+            double share = product || total == 0 ? 1 : (double)degree[axis] / total;
+            int band = product ? degree[axis] : total < n ? total : b->degree;
+            b->square[axis][band] += share * weight * value[k] * value[k];
         }
     }
+}
+
+static void add_channel(const hpr_element_frame *frame, const double *coefficient, size_t stride,
+                        double norm2, bands *b)
+{
+    double value[HPR_MAX_BASIS], weight = norm2 > 0 ? 1 / norm2 : 0;
+    if (frame->shape == HPR_SHAPE_TRIANGLE) {
+        add_total(coefficient, stride, weight, b);
+        return;
+    }
+    hpr_along_axes(frame, coefficient, stride, value);
+    add_tensor(frame, value, weight, b);
 }
 
 /* From one band to the next, or, where there is next to nothing in that, half of the way from the one before.
@@ -92,23 +108,21 @@ static double tail(const bands *b, int axis, double q)
  * is the product of two small things, and no residual at points shows it (solver/residual.h), so that it has
  * to be told here. Square of the norm, of H.
  */
-static double unsent(const hpr_solution *solution, const double *direct, const double *norm2, size_t leaf)
+static double unsent(const hpr_solution *solution, const hpr_element_frame *frame, const double *direct,
+                     const double *norm2, size_t leaf)
 {
     static const double part[2] = {0.3, 0.2}; /* of it that arrives, of degree 0 and 1 */
     const hpr_elements *e = solution->elements;
     const hpr_patches *patches = solution->patches;
     size_t n = solution->channel_count, dofs = e->dof[e->leaf_count], first = e->dof[leaf];
-    size_t node = e->leaf[leaf], patch = e->patch[node];
-    hpr_shape shape = (hpr_shape)patches->shape[patch];
-    int degree = e->degree[node];
+    size_t patch = e->patch[e->leaf[leaf]];
     double sum = 0;
-    for (size_t c = 0; degree < 2 && c < n; c++) {
-        bands b = {.degree = degree};
-        double rho = part[degree] * patches->reflectance[n * patch + c];
-        add_channel(shape, direct + c * dofs + first, e->dof[leaf + 1] - first, 1,
-                    norm2[c] > 0 ? 1 / norm2[c] : 0, &b);
-        for (int axis = 0; axis < axes(shape); axis++)
-            sum += rho * rho * tail(&b, axis, 1) / axes(shape);
+    for (size_t c = 0; frame->degree < 2 && c < n; c++) {
+        bands b = {.degree = frame->degree};
+        double rho = part[frame->degree] * patches->reflectance[n * patch + c];
+        add_channel(frame, direct + c * dofs + first, 1, norm2[c], &b);
+        for (int axis = 0; axis < axes(frame->shape); axis++)
+            sum += rho * rho * tail(&b, axis, 1) / axes(frame->shape);
     }
     return sum;
 }
@@ -116,20 +130,20 @@ static double unsent(const hpr_solution *solution, const double *direct, const d
 void hpr_indicate(const hpr_solution *solution, const hpr_coverage *coverage, const double *indirect,
                   const double *direct, const double *norm2, hpr_indicator *indicator)
 {
+    static const double singular = 0.7; /* of r^lambda, lambda > 0.5, about degree 4 */
     const hpr_elements *e = solution->elements;
     size_t n = solution->channel_count;
     for (size_t leaf = 0; leaf < e->leaf_count; leaf++) {
-        uint32_t node = e->leaf[leaf];
-        hpr_shape shape = (hpr_shape)solution->patches->shape[e->patch[node]];
-        size_t count = e->dof[leaf + 1] - e->dof[leaf];
+        const hpr_element_frame frame = hpr_leaf_frame(solution->patches, e, leaf);
         double open = hpr_coverage_open_share(coverage, leaf);
-        bands all = {.degree = e->degree[node]};
+        bands all = {.degree = frame.degree};
         for (size_t c = 0; c < n; c++)
-            add_channel(shape, indirect + n * e->dof[leaf] + c, count, n, norm2[c] > 0 ? 1 / norm2[c] : 0,
-                        &all);
-        indicator[leaf] = (hpr_indicator){.unsent2 = open * unsent(solution, direct, norm2, leaf)};
-        for (int axis = 0; axis < axes(shape); axis++) {
-            double q = indicator[leaf].ratio[axis] = fall(all.square[axis], all.degree);
+            add_channel(&frame, indirect + n * e->dof[leaf] + c, n, norm2[c], &all);
+        indicator[leaf] = (hpr_indicator){.unsent2 = open * unsent(solution, &frame, direct, norm2, leaf),
+                                          .cut = hpr_coverage_cut(coverage, leaf)};
+        for (int axis = 0; axis < axes(frame.shape); axis++) {
+            double q = fall(all.square[axis], all.degree);
+            q = indicator[leaf].ratio[axis] = indicator[leaf].cut ? fmax(q, singular) : q;
             indicator[leaf].error2[axis] = open * tail(&all, axis, q);
         }
     }

@@ -12,8 +12,9 @@
 #include "solver/solution.h"
 
 typedef struct hpr_indicator {
-    double error2[2]; /* square of what is left out along each axis of a parallelogram; else [0] */
+    double error2[2]; /* square of what is left out along each axis; of a triangle [0] */
     double ratio[2];  /* q, 0 .. 1, of each */
+    bool cut;         /* something stands on the element: H is singular at its foot */
     double unsent2;   /* square of what others do not get of the direct light here */
 } hpr_indicator;
 

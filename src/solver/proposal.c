@@ -1,11 +1,14 @@
 #include "solver/proposal.h"
 
+#include "solver/along.h"
+
 #include <math.h>
 #include <string.h>
 
 enum { LOWEST = 2 /* degree that tells how coefficients fall */, PARTS = 4, BANDS = HPR_MAX_ORDER + 1 };
 
 typedef struct element {
+    hpr_element_frame frame;
     hpr_shape shape;
     int degree;
     const hpr_indicator *indicator;
@@ -26,7 +29,7 @@ static bool is_smooth(const element *e, int axis)
 {
     enum { FEW = 4 /* bands, that tell little */, MANY = 6 };
     static const double smooth = 0.25, smooth_of_few = 0.5;
-    bool both = e->shape != HPR_SHAPE_PARALLELOGRAM || (wants(e, 0) && wants(e, 1));
+    bool both = e->shape == HPR_SHAPE_TRIANGLE || (wants(e, 0) && wants(e, 1));
     return e->indicator->ratio[axis] <
            (both && (e->degree < FEW || e->degree >= MANY) ? smooth_of_few : smooth);
 }
@@ -60,7 +63,7 @@ static double left_by_halving(const element *e, int axis)
 {
     static const double singular = 0.2;
     double left = is_smooth(e, axis) ? ldexp(1, -2 * (e->degree + 1)) : singular;
-    return e->shape == HPR_SHAPE_PARALLELOGRAM ? left : sqrt(left);
+    return e->shape == HPR_SHAPE_TRIANGLE ? sqrt(left) : left;
 }
 
 static hpr_choice raise_by(const element *e, int more)
@@ -71,13 +74,14 @@ static hpr_choice raise_by(const element *e, int more)
     return c;
 }
 
-/* The coefficients of a polynomial on one part of the element. */
+/* The coefficients of a polynomial on one part of the element, both along its axes if it has any. */
 static void restrict_to(const element *e, const hpr_two_scale *two_scale, const hpr_choice *c, int part,
                         const double *whole, double *value)
 {
     double between[HPR_MAX_BASIS];
-    size_t count = hpr_basis_count(e->shape, e->degree), bytes = count * sizeof *value;
-    hpr_half half = {.shape = e->shape, .whole_degree = e->degree, .half_degree = e->degree};
+    hpr_shape shape = e->shape == HPR_SHAPE_TRIANGLE ? HPR_SHAPE_TRIANGLE : HPR_SHAPE_PARALLELOGRAM;
+    size_t bytes = hpr_basis_count(shape, e->degree) * sizeof *value;
+    hpr_half half = {.shape = shape, .whole_degree = e->degree, .half_degree = e->degree};
     bool both = count_parts(c->halve) == PARTS;
     half.axis = c->halve[0] ? 0 : 1;
     half.which = both ? part / 2 : part;
@@ -96,10 +100,12 @@ static void restrict_to(const element *e, const hpr_two_scale *two_scale, const 
 static void add_bands(const element *e, const double *value, double weight, double square[BANDS])
 {
     size_t n = (size_t)e->degree + 1, k = 0;
-    if (e->shape == HPR_SHAPE_PARALLELOGRAM) {
+    if (e->shape != HPR_SHAPE_TRIANGLE) {
         for (size_t a = 0; a < n; a++) {
-            for (size_t b = 0; b < n; b++, k++)
-                square[a > b ? a : b] += weight * value[k] * value[k];
+            for (size_t b = 0; b < n; b++, k++) {
+                size_t larger = a > b ? a : b, total = a + b < n ? a + b : n - 1;
+                square[e->shape == HPR_SHAPE_PARALLELOGRAM ? larger : total] += weight * value[k] * value[k];
+            }
         }
         return;
     }
@@ -130,8 +136,11 @@ static void choose_degrees(const hpr_solution *solution, const element *e, const
     for (int part = 0; part < parts; part++) {
         double square[BANDS] = {0}, whole[HPR_MAX_BASIS], value[HPR_MAX_BASIS];
         for (size_t channel = 0; channel < n; channel++) {
-            for (size_t k = 0; k < count; k++)
-                whole[k] = indirect[n * (first + k) + channel];
+            const double *coefficient = indirect + n * first + channel;
+            for (size_t k = 0; k < count && e->shape == HPR_SHAPE_TRIANGLE; k++)
+                whole[k] = coefficient[n * k];
+            if (e->shape != HPR_SHAPE_TRIANGLE)
+                hpr_along_axes(&e->frame, coefficient, n, whole);
             restrict_to(e, two_scale, c, part, whole, value);
             add_bands(e, value, norm2[channel] > 0 ? 1 / norm2[channel] : 0, square);
         }
@@ -142,17 +151,15 @@ static void choose_degrees(const hpr_solution *solution, const element *e, const
     c->error2 *= 1 + share;
 }
 
-/* Parallelograms along the axes that need it, others so many times. */
-static hpr_choice halve(const element *e, bool all, int times)
+static hpr_choice halve(const element *e, const uint8_t axis[2])
 {
-    hpr_choice c = {0};
-    bool tensor = e->shape == HPR_SHAPE_PARALLELOGRAM;
-    for (int axis = 0; axis < 2; axis++) {
-        c.halve[axis] = tensor ? wants(e, axis) && (all || !is_smooth(e, axis)) : axis < times;
-        c.error2 += e->indicator->error2[axis] * (tensor ? c.halve[axis] ? left_by_halving(e, axis) : 1
-                                                         : pow(left_by_halving(e, axis), times));
+    hpr_choice c = {.halve = {axis[0], axis[1]}};
+    int parts = count_parts(axis), degree = e->degree;
+    bool triangle = e->shape == HPR_SHAPE_TRIANGLE;
+    for (int i = 0; i < 2; i++) {
+        double left = axis[i] ? left_by_halving(e, i) : 1;
+        c.error2 += e->indicator->error2[i] * (triangle && axis[1] ? left * left : left);
     }
-    int parts = count_parts(c.halve), degree = e->degree;
     c.cost = parts * cost_of(e, degree);
     for (int part = 0; part < parts; part++)
         c.degree[part] = (uint8_t)degree;
@@ -180,12 +187,34 @@ static void offer_degrees(const proposing *p, const element *e, int most)
     }
 }
 
-static void offer_halves(const proposing *p, const element *e, bool all, int times)
+/* Where something stands on the element its coefficients are of the open part, and tell nothing of the parts
+ * that lower degrees would leave out. */
+static void offer_halves(const proposing *p, const element *e, uint8_t first, uint8_t second)
 {
-    hpr_choice c = halve(e, all, times);
-    if (p->solution->summary.options.refine == HPR_REFINE_HP && e->shape != HPR_SHAPE_QUADRILATERAL)
+    hpr_choice c = halve(e, (const uint8_t[2]){first, second});
+    if (p->solution->summary.options.refine == HPR_REFINE_HP && !e->indicator->cut)
         choose_degrees(p->solution, e, p->two_scale, p->indirect, p->norm2, p->leaf, &c);
     offer(p, &c);
+}
+
+/* Once and twice. */
+static void offer_bisections(const proposing *p, const element *e)
+{
+    offer_halves(p, e, 1, 0);
+    offer_halves(p, e, 1, 1);
+}
+
+/* Along the axes that want it, those that are singular or all; of two also along the worse one alone. */
+static void offer_axes(const proposing *p, const element *e, bool all)
+{
+    uint8_t axis[2];
+    for (int i = 0; i < 2; i++)
+        axis[i] = wants(e, i) && (all || !is_smooth(e, i));
+    offer_halves(p, e, axis[0], axis[1]);
+    if (axis[0] && axis[1]) {
+        int worse = e->indicator->error2[1] > e->indicator->error2[0];
+        offer_halves(p, e, worse == 0, worse == 1);
+    }
 }
 
 /* Where one axis is smooth and the other is not, most may be left out along the smooth one: then halving the
@@ -202,11 +231,12 @@ static void offer_all(const proposing *p, const element *e, bool far)
     if (raises && e->degree < HPR_MAX_ORDER) {
         offer_degrees(p, e, e->degree >= LOWEST ? 2 : far ? 3 : 1);
     } else if (mode != HPR_REFINE_P) {
-        offer_halves(p, e, mode == HPR_REFINE_H || smooth, 1);
-        if (e->shape != HPR_SHAPE_PARALLELOGRAM)
-            offer_halves(p, e, smooth, 2);
+        if (e->shape == HPR_SHAPE_TRIANGLE)
+            offer_bisections(p, e);
+        else
+            offer_axes(p, e, mode == HPR_REFINE_H || smooth);
         if (mode == HPR_REFINE_HP && some && !smooth) {
-            offer_halves(p, e, true, 1);
+            offer_axes(p, e, true);
             offer_degrees(p, e, 1);
         }
     }
@@ -219,7 +249,8 @@ void hpr_propose(const hpr_solution *solution, const hpr_two_scale *two_scale, c
     const hpr_elements *elements = solution->elements;
     const proposing p = {solution, two_scale, indirect, norm2, leaf, proposal};
     uint32_t node = elements->leaf[leaf];
-    const element e = {.shape = (hpr_shape)solution->patches->shape[elements->patch[node]],
+    const element e = {.frame = hpr_leaf_frame(solution->patches, elements, leaf),
+                       .shape = (hpr_shape)solution->patches->shape[elements->patch[node]],
                        .degree = elements->degree[node],
                        .indicator = indicator,
                        .occluded = solution->summary.occluded,

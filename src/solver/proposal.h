@@ -11,7 +11,7 @@ typedef struct hpr_choice {
     uint8_t halve[2], degree[4];
 } hpr_choice;
 
-enum { HPR_CHOICES = 4 };
+enum { HPR_CHOICES = 6 };
 
 typedef struct hpr_proposal {
     int count;
@@ -21,11 +21,11 @@ typedef struct hpr_proposal {
 /*
  * Where the coefficients of an element fall fast, or the mode is p, its degree may rise by one or two; where
  * they do not, it may be halved along the axes along which they do not; where one axis is so and one so,
- * along both, or get one degree more. The halves get the lowest degree that still shows the element's own
- * polynomial as well as they are expected to show H: a graded mesh has its low degrees where it is fine
- * (linear degree vector; Schwab 1998, ch. 4). indirect, norm2: as hpr_indicate has them; two_scale: of
- * HPR_MAX_ORDER; far: much is still to be gained, so that a degree too low to tell anything may rise by
- * three. Thread-safe.
+ * along both, or get one degree more. Of two axes the worse one alone may be halved. The halves get the
+ * lowest degree that still shows the element's own polynomial as well as they are expected to show H: a
+ * graded mesh has its low degrees where it is fine (linear degree vector; Schwab 1998, ch. 4). indirect,
+ * norm2: as hpr_indicate has them; two_scale: of HPR_MAX_ORDER; far: much is still to be gained, so that a
+ * degree too low to tell anything may rise by three. Thread-safe.
  */
 void hpr_propose(const hpr_solution *solution, const hpr_two_scale *two_scale, const double *indirect,
                  const double *norm2, const hpr_indicator *indicator, size_t leaf, bool far,

@@ -47,6 +47,28 @@ static hpr_spot place(const hpr_solution *solution, size_t leaf, size_t k, doubl
     return (hpr_spot){leaf, point[0], point[1]};
 }
 
+/* The k-th of those that are open, denser by as much as they are fewer: of one of which little is open few
+ * points would meet that, and each would count for many. */
+static hpr_spot place_open(const measuring *m, size_t leaf, size_t k, double *thinness)
+{
+    enum { LOOKED_AT = 128 };
+    const hpr_coverage *coverage = m->transport->coverage;
+    hpr_spot spot;
+    size_t open = 0;
+    for (size_t i = 0; i < LOOKED_AT && hpr_coverage_open_share(coverage, leaf) < 1; i++) {
+        spot = place(m->solution, leaf, i, thinness);
+        open += hpr_coverage_open(coverage, leaf, spot.s, spot.t);
+    }
+    if (open == 0 || open == LOOKED_AT)
+        return place(m->solution, leaf, k, thinness);
+    for (size_t i = 0, passed = 0; passed <= k; i++) {
+        spot = place(m->solution, leaf, i, thinness);
+        passed += hpr_coverage_open(coverage, leaf, spot.s, spot.t);
+    }
+    *thinness *= (double)open / LOOKED_AT;
+    return spot;
+}
+
 /* Systematic sampling of the leaves by their parts. */
 static void choose_spots(measuring *m)
 {
@@ -64,7 +86,7 @@ static void choose_spots(measuring *m)
         for (size_t k = 0; next < m->count && (last || ((double)next + 0.5) / (double)m->count < passed);
              k++) {
             double thinness;
-            m->spot[next] = place(m->solution, leaf, k, &thinness);
+            m->spot[next] = place_open(m, leaf, k, &thinness);
             m->weight[next] = thinness * e->area_m2[e->leaf[leaf]] / part;
             m->part[next++] = part;
         }

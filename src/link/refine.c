@@ -8,11 +8,14 @@
  * Links that see each other wholly: e_ij <= tolerance (w + ‖G_ij‖) / 2, w = sqrt(A_i A_j) / A. Half of it is
  * absolute: every pair of points is in one link, so sum w^2 = 1 and these add up to tolerance / 2 at most in
  * the Frobenius norm. Half of it is relative: by Schur's test it adds up to tolerance / 2 of the operator's
- * norm, which is at most 1. Links that see partly have a jump
- * in the kernel, which no degree follows: e_ij is about a third of ‖G‖ on any level, and what falls when they
- * are refined is their number's share: of n^4 pairs of nodes of size 1/n some n^3 see partly, and their
- * errors have either sign. So e_ij <= tolerance w^(1/4) keeps the root of the sum of squares, n^(3/2) times
- * the worst contribution w^(3/2) w^(1/4) ‖B‖, at tolerance ‖B‖.
+ * norm, which is at most 1.
+ *
+ * Links that see partly have a jump in the kernel, which no degree follows: e_ij is about a third of ‖G‖ on
+ * any level, of either sign, and what falls when they are refined is their number's share: of n^4 pairs of
+ * nodes of size 1/n some n^3 see partly. What a link leaves out of H is c = e_ij sqrt((A_i + A_j) / 2A) of
+ * ‖B‖, the square root being the sender's part of ‖B‖, and all of them leave out the root of sum c^2. With
+ * e_ij <= tolerance w^(1/4) every level has n^3 tolerance^2 w^(3/2) = tolerance^2 of it; where more of the
+ * pairs see partly than that, all are held to less, until sum c^2 <= tolerance^2 / 2.
  */
 #include "link/refine.h"
 
@@ -36,6 +39,7 @@ typedef struct link_list {
 typedef struct task {
     uint32_t i, j, j_end, thread;
     size_t first, count;
+    double left_out2; /* by its links that see partly, of ‖B‖: sum c^2 */
 } task;
 
 typedef struct walker {
@@ -45,6 +49,7 @@ typedef struct walker {
     uint32_t *blocker; /* [MAX_DEPTH + 1][occluder_count] */
     size_t occluder_count;
     link_list list;
+    double held_to, left_out2; /* of the tolerance, where links see partly; sum c^2 of the task */
     uint64_t hidden;
     hpr_status status;
 } walker;
@@ -131,14 +136,22 @@ static bool is_exact(const joint *j)
     return !j->inner || j->degree == HPR_TREE_LEAVES;
 }
 
+static const double jump = 0.3; /* of ‖G‖, that polynomials leave out of a jump */
+
+/* A sender's part of ‖B‖, the mean of both directions. */
+static double part_sent(const walker *w, const candidate *c)
+{
+    return sqrt((c->recv.area_m2 + c->send.area_m2) / (2 * w->r->links->area_m2));
+}
+
 /* May the pair stay as it is? Chooses the degrees. */
 static bool stands(const walker *w, candidate *c, bool partly)
 {
-    static const double jump = 0.3, root_half = 0.7; /* jump: of ‖G‖, that polynomials leave out of a jump */
+    static const double root_half = 0.7;
     const hpr_links *links = w->r->links;
     double share = sqrt(c->recv.area_m2 * c->send.area_m2) / links->area_m2;
     bool leaves = !c->recv.inner && !c->send.inner, known = isfinite(c->norm);
-    double allowed = partly ? links->link_tolerance * sqrt(sqrt(share))
+    double allowed = partly ? w->held_to * links->link_tolerance * sqrt(sqrt(share))
                             : links->link_tolerance * (share + (known ? c->norm : 0)) / 2;
     choose_degree(w->tree, c->norm, root_half * allowed, &c->recv);
     choose_degree(w->tree, c->norm, root_half * allowed, &c->send);
@@ -182,6 +195,8 @@ static void emit(walker *w, const candidate *c, bool partly)
                                                .recv_degree = (uint8_t)c->recv.degree,
                                                .send_degree = (uint8_t)c->send.degree,
                                                .partly = partly};
+    if (partly && (c->recv.inner || c->send.inner))
+        w->left_out2 += pow(jump * c->norm * part_sent(w, c), 2);
 }
 
 /* blocker [blocker_count]: what may come between, if `partly` */
@@ -234,6 +249,7 @@ static void walk_task(walker *w, task *t)
     const hpr_link_refinement *r = w->r;
     t->thread = (uint32_t)omp_get_thread_num();
     t->first = w->list.count;
+    w->left_out2 = 0;
     for (uint32_t j = t->j; j < t->j_end && w->status == HPR_OK; j++) {
         uint8_t verdict = r->verdict[t->i * w->tree->elements->patch_count + j];
         size_t blocker_count = 0;
@@ -244,6 +260,7 @@ static void walk_task(walker *w, task *t)
         walk(w, t->i, j, verdict == HPR_SEES_PARTLY, w->blocker, blocker_count, 0);
     }
     t->count = w->list.count - t->first;
+    t->left_out2 = w->left_out2;
 }
 
 static hpr_status make_tasks(const hpr_link_refinement *r, task **tasks, size_t *count)
@@ -314,8 +331,33 @@ static hpr_status join_lists(const hpr_link_refinement *r, const walker *walkers
     return status;
 }
 
+/* All links, in the walkers' lists. */
+static hpr_status walk_all(const hpr_link_refinement *r, walker *walkers, double held_to, task *tasks,
+                           size_t count, double *left_out2)
+{
+    hpr_context *ctx = r->links->context;
+    int threads = hpr_context_threads(ctx);
+    for (int t = 0; t < threads; t++) {
+        walkers[t].held_to = held_to;
+        walkers[t].list.count = walkers[t].hidden = 0;
+    }
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
+    for (size_t t = 0; t < count; t++)
+        walk_task(&walkers[omp_get_thread_num()], &tasks[t]);
+    *left_out2 = 0;
+    for (size_t t = 0; t < count; t++)
+        *left_out2 += tasks[t].left_out2;
+    for (int t = 0; t < threads; t++) {
+        if (walkers[t].status != HPR_OK)
+            return walkers[t].status;
+    }
+    return hpr_cancelled(ctx) ? hpr_fail(ctx, HPR_ERR_INTERRUPTED, "interrupted while linking") : HPR_OK;
+}
+
 hpr_status hpr_links_refine(const hpr_link_refinement *r)
 {
+    /* The sum falls about like the square of what links are held to. */
+    static const double aim = 0.9, least = 0.2, largest = 0.8;
     hpr_context *ctx = r->links->context;
     int threads = hpr_context_threads(ctx);
     walker *walkers = NULL;
@@ -326,14 +368,10 @@ hpr_status hpr_links_refine(const hpr_link_refinement *r)
         status = hpr_allocate_into(ctx, &walkers, (size_t)threads, sizeof *walkers, "links");
     if (status == HPR_OK)
         status = open_walkers(r, walkers, threads);
-    if (status == HPR_OK) {
-#pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
-        for (size_t t = 0; t < count; t++)
-            walk_task(&walkers[omp_get_thread_num()], &tasks[t]);
-        for (int t = 0; t < threads; t++)
-            status = walkers[t].status != HPR_OK ? walkers[t].status : status;
-        if (status == HPR_OK && hpr_cancelled(ctx))
-            status = hpr_fail(ctx, HPR_ERR_INTERRUPTED, "interrupted while linking");
+    double held_to = 1, most = pow(r->links->link_tolerance, 2) / 2, left_out2 = INFINITY;
+    while (status == HPR_OK && left_out2 > most) {
+        status = walk_all(r, walkers, held_to, tasks, count, &left_out2);
+        held_to *= fmin(fmax(sqrt(aim * most / left_out2), least), largest);
     }
     if (status == HPR_OK)
         status = join_lists(r, walkers, tasks, count);

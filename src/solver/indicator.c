@@ -137,7 +137,7 @@ static double unsent(const hpr_solution *solution, const hpr_element_frame *fram
  * Of constants the difference between the halves of the smallest piece that was halved along an axis tells
  * what is left out along it: where H is linear, a twelfth of its square. Where H is even about the middle it
  * tells nothing; so that this does not deceive, part of what was left out before halving is believed to stay.
- * Two last bisections tell it of others than parallelograms, whose pieces are halved in turn.
+ * Two last bisections tell it of triangles.
  */
 typedef struct details {
     const hpr_solution *solution;
@@ -185,7 +185,7 @@ static void descend(const details *d, uint32_t node, const double density[2])
     const hpr_elements *e = d->solution->elements;
     hpr_shape shape = (hpr_shape)d->solution->patches->shape[e->patch[node]];
     static const double stays = 1. / 16;
-    bool tensor = shape == HPR_SHAPE_PARALLELOGRAM;
+    bool tensor = shape != HPR_SHAPE_TRIANGLE;
     uint32_t child = e->child[node], leaf = e->leaf_of_node[node];
     if (child != HPR_NONE) {
         int halved = tensor ? e->axis[node] : 1;

@@ -260,13 +260,28 @@ static void test_to_the_last_digits(void **state)
     room_close(&room);
 }
 
+/* How many it takes; 0: the tolerance is not reached. */
+static size_t count_constants(hpr_room *room, double tolerance)
+{
+    hpr_solve_options options;
+    hpr_solve_options_init(&options);
+    options.tolerance = tolerance;
+    options.method = HPR_METHOD_HIERARCHICAL;
+    options.max_seconds = 60; /* of a failure */
+    hpr_solution *solution = solve(room, &options);
+    const hpr_solve_summary *s = hpr_solution_summary(solution);
+    size_t count = s->reached ? s->dof_count : 0;
+    hpr_solution_destroy(&solution);
+    return count;
+}
+
 /* A floor that is no parallelogram by a hair is halved along one axis at a time like one, its small parts get
  * low degrees, and of a degree it has fewer functions. Observed: 1055 coefficients against 1429; halved along
- * both axes in turn and of one degree it took 1507 against 1309. */
+ * both axes in turn and of one degree it took 1507 against 1309. Of constants 432 against 506. */
 static void test_quadrilaterals(void **state)
 {
     (void)state;
-    size_t dofs[2];
+    size_t dofs[2], constants[2];
     for (int k = 0; k < 2; k++) {
         const double floor[4][3] = {{0, 0, 0}, {1, 0, 0}, {k ? 1.001 : 1, 1, 0}, {0, 1, 0}};
         const double wall[4][3] = {{0, 0, 0}, {0, 1, 0}, {0, 1, 1}, {0, 0, 1}};
@@ -277,10 +292,13 @@ static void test_quadrilaterals(void **state)
         assert_true(hpr_solution_summary(solution)->reached);
         dofs[k] = hpr_solution_summary(solution)->dof_count;
         hpr_solution_destroy(&solution);
+        constants[k] = count_constants(&room, 0.1);
         room_close(&room);
     }
-    print_message("%zu coefficients, of a parallelogram %zu\n", dofs[1], dofs[0]);
+    print_message("%zu coefficients, of a parallelogram %zu; %zu constants, of a parallelogram %zu\n",
+                  dofs[1], dofs[0], constants[1], constants[0]);
     assert_true(dofs[1] <= dofs[0]);
+    assert_true(constants[1] > 0 && 2 * constants[1] <= 3 * constants[0]);
 }
 
 /* Every thread count gives the same bits. */

@@ -144,7 +144,7 @@ typedef struct hpr_solve_summary {
     int reached;            /**< 1 if error_estimate is within the tolerance */
     size_t channels_solved; /**< 1 if all channels agree, else their number */
     size_t degenerate_count, duplicate_count;
-    double link_tolerance, link_error; /**< in force, and what unobstructed links leave out, measured */
+    double link_tolerance, link_error; /**< in force, and what links leave out of the irradiance */
     double block_tolerance;   /**< of blocks that nothing obstructs: 1e-13 in an unobstructed scene, else 1e-5
                                  to 3e-3 */
     double blocked_tolerance; /**< of the others, relative to themselves or to the sender's share of the area:

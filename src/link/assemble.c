@@ -39,13 +39,8 @@ typedef struct assembly {
     worker *workers;  /* [threads] */
     uint8_t *verdict; /* [patches][patches] hpr_verdict, upper triangle */
     hpr_blocked blocked;
-    double *left_out2; /* [link_count] square of what a link leaves out, 0 where that is unknown */
+    double *left_out2; /* [link_count] square of what a link leaves out of H, of ‖B‖, as in refine.c */
 } assembly;
-
-static size_t node_count(const assembly *a)
-{
-    return a->elements->node_count;
-}
 
 /* Offsets of the blocks, and how many links each node has. */
 static void place_blocks(assembly *a)
@@ -58,7 +53,7 @@ static void place_blocks(assembly *a)
         links->row[link->recv + 1]++;
         links->row[link->send + 1]++;
     }
-    for (size_t i = 0; i < node_count(a); i++)
+    for (size_t i = 0; i < a->elements->node_count; i++)
         links->row[i + 1] += links->row[i];
 }
 
@@ -83,9 +78,9 @@ static hpr_status index_rows(assembly *a)
     hpr_status status =
         hpr_allocate_into(a->context, &links->row_link, 2 * links->count, sizeof *links->row_link, "links");
     if (status == HPR_OK)
-        status = hpr_allocate_into(a->context, &next, node_count(a), sizeof *next, "links");
+        status = hpr_allocate_into(a->context, &next, a->elements->node_count, sizeof *next, "links");
     if (status == HPR_OK) {
-        memcpy(next, links->row, node_count(a) * sizeof *next);
+        memcpy(next, links->row, a->elements->node_count * sizeof *next);
         for (size_t l = 0; l < links->count; l++) {
             links->row_link[next[links->link[l].recv]++] = (uint32_t)l;
             links->row_link[next[links->link[l].send]++] = (uint32_t)l;
@@ -176,10 +171,11 @@ static hpr_status make_links(assembly *a, const hpr_links_demand *demand)
         status = hpr_fail(a->context, HPR_ERR_MEMORY, "%zu links are more than 32-bit indices can name",
                           links->count);
     if (status == HPR_OK)
-        status = hpr_allocate_into(a->context, &links->row, node_count(a) + 1, sizeof *links->row, "links");
+        status = hpr_allocate_into(a->context, &links->row, a->elements->node_count + 1, sizeof *links->row,
+                                   "links");
     if (status != HPR_OK)
         return status;
-    links->row_count = node_count(a);
+    links->row_count = a->elements->node_count;
     place_blocks(a);
     if (demand->counted)
         return index_rows(a);
@@ -292,7 +288,7 @@ static void integrate_far(const assembly *a, worker *w, const hpr_block_task *ta
     hpr_far_result result = hpr_far_block(a->far, &task->recv, &task->send, p->block, w->far_scratch);
     double recv = leaves_out(tree, p->recv, p->recv_degree) ? result.recv_error : 0;
     double send = leaves_out(tree, p->send, p->send_degree) ? result.send_error : 0;
-    a->left_out2[p->link] += recv * recv + send * send;
+    a->left_out2[p->link] += hpr_link_part2(a->links, p->recv, p->send) * (recv * recv + send * send);
     w->counts[HPR_COUNT_PAIRS_VISIBLE]++;
     w->counts[HPR_COUNT_BLOCKS]++;
     w->counts[HPR_COUNT_KERNEL] += result.kernel_count;
@@ -308,8 +304,8 @@ static void add_note(hpr_link_note *note, const hpr_link_note *more)
 
 static hpr_link_note integrate_block(const assembly *a, worker *w, hpr_block_task *task, const piece *p)
 {
-    double recv_m2 = task->recv.area_m2 * hpr_tree_open_share(a->links->tree, a->coverage, p->recv),
-           send_m2 = task->send.area_m2 * hpr_tree_open_share(a->links->tree, a->coverage, p->send);
+    double recv_m2 = task->recv.area_m2 * hpr_coverage_node_share(a->coverage, p->recv),
+           send_m2 = task->send.area_m2 * hpr_coverage_node_share(a->coverage, p->send);
     hpr_blocked_decide(&a->blocked, recv_m2, send_m2, task);
     hpr_block_result result = hpr_block(a->quadrature, task, p->block, w->scratch);
     hpr_counter kind = !result.seen          ? HPR_COUNT_PAIRS_HIDDEN
@@ -330,7 +326,8 @@ static hpr_link_note integrate_block(const assembly *a, worker *w, hpr_block_tas
                            .short_count = result.status == HPR_BLOCK_SHORT};
 }
 
-static void integrate_near(const assembly *a, worker *w, hpr_block_task *task, const piece *p)
+/* whole: over what is covered, too; the block is not one of the open parts, and those are what is kept. */
+static void integrate_near(const assembly *a, worker *w, hpr_block_task *task, const piece *p, bool whole)
 {
     const hpr_link pair = {.recv = p->recv,
                            .send = p->send,
@@ -338,7 +335,9 @@ static void integrate_near(const assembly *a, worker *w, hpr_block_task *task, c
                            .send_degree = (uint8_t)p->send_degree};
     size_t count = hpr_link_size(a->links, &pair);
     hpr_link_note note;
-    if (!hpr_kept_take(&a->kept, &pair, count, p->block, &note)) {
+    if (whole) {
+        note = integrate_block(a, w, task, p);
+    } else if (!hpr_kept_take(&a->kept, &pair, count, p->block, &note)) {
         note = integrate_block(a, w, task, p);
         if (!hpr_cancelled(a->context))
             hpr_kept_give(&a->kept, &pair, count, p->block, &note);
@@ -355,17 +354,21 @@ static void integrate_piece(const assembly *a, worker *w, const piece *p)
                            .contact_m = a->patches->weld_m,
                            .visibility = a->visibility,
                            .seed = (uint64_t)p->recv << 32 | p->send};
-    task.recv_part = hpr_tree_parts(a->links->tree, a->coverage, p->recv, &task.recv_part_count);
-    task.send_part = hpr_tree_parts(a->links->tree, a->coverage, p->send, &task.send_part_count);
-    if (a->links->link[p->link].partly &&
-        !hpr_between_nodes(&w->between, a->coverage, a->links->tree, p->recv, p->send, &task)) {
+    const hpr_tree *tree = a->links->tree;
+    bool partly = a->links->link[p->link].partly, recv_whole = !partly && hpr_tree_is_mixed(tree, p->recv),
+         send_whole = !partly && hpr_tree_is_mixed(tree, p->send);
+    if (!recv_whole)
+        task.recv_part = hpr_coverage_node_parts(a->coverage, p->recv, &task.recv_part_count);
+    if (!send_whole)
+        task.send_part = hpr_coverage_node_parts(a->coverage, p->send, &task.send_part_count);
+    if (partly && !hpr_between_nodes(&w->between, a->coverage, a->links->tree, p->recv, p->send, &task)) {
         w->counts[HPR_COUNT_PAIRS_HIDDEN]++; /* its block stays zero */
         return;
     }
     if (task.blocker_count == 0 && is_far(a, &task))
         integrate_far(a, w, &task, p);
     else
-        integrate_near(a, w, &task, p);
+        integrate_near(a, w, &task, p, recv_whole || send_whole);
 }
 
 /* The nodes that one end of a link stands for, and their frames. */
@@ -481,8 +484,10 @@ static void integrate_all(assembly *a)
 #pragma omp for schedule(dynamic, 1)
         for (size_t first = 0; first < count; first += CHUNK) {
             size_t end = first + CHUNK < count ? first + CHUNK : count;
-            for (size_t l = first; l < end && !hpr_cancelled(a->context); l++)
+            for (size_t l = first; l < end && !hpr_cancelled(a->context); l++) {
                 integrate_link(a, w, l);
+                a->left_out2[l] += hpr_link_jump2(a->links, &a->links->link[l]);
+            }
             size_t finished = atomic_fetch_add(&done, end - first) + end - first;
             if (omp_get_thread_num() == 0)
                 hpr_stage_progress(a->context, (double)finished / (double)count);

@@ -48,6 +48,13 @@ const hpr_polygon *hpr_coverage_parts(const hpr_coverage *coverage, size_t leaf,
 /* The open part of a leaf's area, 0 .. 1. */
 double hpr_coverage_open_share(const hpr_coverage *coverage, size_t leaf);
 
+/*
+ * The same of any node. Of an inner node of which some part is covered *count is 0, too, if it would have
+ * more than HPR_COVERAGE_PIECES: then nothing is known of it but what its children tell.
+ */
+const hpr_polygon *hpr_coverage_node_parts(const hpr_coverage *coverage, size_t node, int *count);
+double hpr_coverage_node_share(const hpr_coverage *coverage, size_t node);
+
 /* False if the point (s,t) of a leaf is covered. Thread-safe. */
 bool hpr_coverage_open(const hpr_coverage *coverage, size_t leaf, double s, double t);
 
@@ -57,6 +64,9 @@ bool hpr_coverage_open(const hpr_coverage *coverage, size_t leaf, double s, doub
  * 1e-3 of the largest). Never allocates; thread-safe.
  */
 void hpr_coverage_project(const hpr_coverage *coverage, size_t leaf, double *moment);
+
+/* The other way round, m = G c in place: the moments of Σ c_k T_k over the open part. Thread-safe. */
+void hpr_coverage_weigh(const hpr_coverage *coverage, size_t leaf, double *coefficient);
 
 /* ∫_O T_0 H dA from coefficients, the first apart by `stride`. Thread-safe. */
 double hpr_coverage_mean(const hpr_coverage *coverage, size_t leaf, const double *coefficient, size_t stride);

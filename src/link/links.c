@@ -79,6 +79,7 @@ static void carry(const hpr_links *links, const hpr_link *link, bool forward, si
     link_end recv = end_of(tree, link->recv, link->recv_degree),
              send = end_of(tree, link->send, link->send_degree);
     link_end from = forward ? send : recv, to = forward ? recv : send;
+    double stretch = link->partly ? hpr_tree_stretch(tree, from.node) * hpr_tree_stretch(tree, to.node) : 1;
     for (size_t c = 0; c < channels; c++) {
         double room[HPR_MAX_BASIS], sum[HPR_MAX_BASIS];
         const double *sent =
@@ -88,6 +89,8 @@ static void carry(const hpr_links *links, const hpr_link *link, bool forward, si
             add_rows(block, recv.count, send.count, sent, sum);
         else
             add_columns(block, recv.count, send.count, sent, sum);
+        for (size_t k = 0; k < to.count && stretch != 1; k++)
+            sum[k] *= stretch;
         hpr_tree_add(tree, to.node, to.degree, sum, irradiance + c * tree->dof_count);
     }
 }

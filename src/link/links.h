@@ -14,7 +14,7 @@ typedef struct hpr_link {
     uint32_t recv, send;              /* nodes; the receiver's patch is before the sender's */
     size_t offset;                    /* its block in hpr_links.block, row-major [n_recv x n_send] */
     uint8_t recv_degree, send_degree; /* of the block: no more than the nodes'; or HPR_TREE_LEAVES */
-    bool partly;                      /* something may come between */
+    bool partly;                      /* something may come between; then see hpr_tree_stretch, too */
 } hpr_link;
 
 /* What integrating the blocks of a link told; kept, so that who takes a block over knows it too. */
@@ -39,7 +39,7 @@ typedef struct hpr_links {
     bool occluded;            /* some pair of patches may be blocked */
     double area_m2;           /* of all patches */
     double link_tolerance;    /* of what the degrees of inner nodes leave out */
-    double link_error;        /* the same, measured, of links that see wholly */
+    double link_error;        /* what that leaves out of H, of ‖B‖ if all is equally bright, measured */
     double tolerance;         /* of blocks that nothing obstructs */
     double blocked_tolerance; /* of the others; 0: they are sampled */
     double
@@ -66,11 +66,11 @@ typedef struct hpr_links_demand {
 
 /*
  * Finds the links and integrates their blocks. A link stands where it is, if what the degrees of its nodes
- * leave out of the kernel is small enough (refine.c): the operator then errs by at most ‖δK‖ <=
- * link_tolerance. Links between leaves are exact. block_tolerance 0: 1e-13 if no pair of patches may be
- * blocked, else what hpr_blocked_plan chooses; pairs that see each other partly are clipped or sampled
- * (hpr_blocked_decide). Same bits for any thread count. Errors: HPR_ERR_MEMORY (also when the blocks would
- * exceed most_bytes), HPR_ERR_DEVICE, HPR_ERR_INTERRUPTED.
+ * leave out of the kernel is small enough (refine.c): where nothing comes between the operator errs by at
+ * most ‖δK‖ <= link_tolerance, else the irradiance by that, relative. Links between leaves are exact.
+ * block_tolerance 0: 1e-13 if no pair of patches may be blocked, else what hpr_blocked_plan chooses; pairs
+ * that see each other partly are clipped or sampled (hpr_blocked_decide). Same bits for any thread count.
+ * Errors: HPR_ERR_MEMORY (also when the blocks would exceed most_bytes), HPR_ERR_DEVICE, HPR_ERR_INTERRUPTED.
  */
 hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *elements,
                               const hpr_links_demand *demand, hpr_links **links);

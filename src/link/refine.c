@@ -11,11 +11,13 @@
  * norm, which is at most 1.
  *
  * Links that see partly have a jump in the kernel, which no degree follows: e_ij is about a third of ‖G‖ on
- * any level, of either sign, and what falls when they are refined is their number's share: of n^4 pairs of
- * nodes of size 1/n some n^3 see partly. What a link leaves out of H is c = e_ij sqrt((A_i + A_j) / 2A) of
- * ‖B‖, the square root being the sender's part of ‖B‖, and all of them leave out the root of sum c^2. With
- * e_ij <= tolerance w^(1/4) every level has n^3 tolerance^2 w^(3/2) = tolerance^2 of it; where more of the
- * pairs see partly than that, all are held to less, until sum c^2 <= tolerance^2 / 2.
+ * any level, of either sign, and what falls when they are refined is their number's share: of the 16 pairs of
+ * children of two nodes some 8 see partly. What a link leaves out of H is c = e_ij sqrt((A_i + A_j) / 2A) of
+ * ‖B‖, the square root being the sender's part of ‖B‖, and all of them leave out the root of sum c^2. Those 8
+ * have c / 8 each, so to refine a link takes 7/8 c^2 off the sum, whatever its level: the fewest links have
+ * all the same bound on c, which is lowered until sum c^2 <= tolerance^2 / 4. (Not all of it is of either
+ * sign: at a foot the same shadow falls from many senders.) Where links see partly, those that see wholly may
+ * stand by that bound, too, and are in the sum then.
  */
 #include "link/refine.h"
 
@@ -39,7 +41,7 @@ typedef struct link_list {
 typedef struct task {
     uint32_t i, j, j_end, thread;
     size_t first, count;
-    double left_out2; /* by its links that see partly, of ‖B‖: sum c^2 */
+    double left_out2; /* by its links that stand by the bound, of ‖B‖: sum c^2 */
 } task;
 
 typedef struct walker {
@@ -49,7 +51,7 @@ typedef struct walker {
     uint32_t *blocker; /* [MAX_DEPTH + 1][occluder_count] */
     size_t occluder_count;
     link_list list;
-    double held_to, left_out2; /* of the tolerance, where links see partly; sum c^2 of the task */
+    double bound, left_out2; /* of c, where some links see partly; sum c^2 of the task */
     uint64_t hidden;
     hpr_status status;
 } walker;
@@ -59,7 +61,7 @@ hpr_facet hpr_node_facet(const hpr_coverage *coverage, const hpr_tree *tree, siz
     hpr_element_frame frame = hpr_tree_frame(tree, node, 0);
     hpr_facet facet;
     int part_count = 0;
-    const hpr_polygon *part = hpr_tree_parts(tree, coverage, node, &part_count);
+    const hpr_polygon *part = hpr_coverage_node_parts(coverage, node, &part_count);
     hpr_vec3_store(facet.normal, frame.normal);
     if (part && part_count == 1 && part->count <= 4) {
         facet.corner_count = (size_t)part->count;
@@ -75,10 +77,31 @@ hpr_facet hpr_node_facet(const hpr_coverage *coverage, const hpr_tree *tree, siz
     return facet;
 }
 
+double hpr_link_part2(const hpr_links *links, uint32_t recv, uint32_t send)
+{
+    const double *area = links->tree->elements->area_m2;
+    return (area[recv] + area[send]) / (2 * links->area_m2);
+}
+
+static const double jump = 0.3; /* of ‖G‖, that polynomials leave out of a jump */
+
+double hpr_link_jump2(const hpr_links *links, const hpr_link *link)
+{
+    const hpr_tree *tree = links->tree;
+    const uint32_t *child = tree->elements->child;
+    double norm2 = 0, stretch = hpr_tree_stretch(tree, link->recv) * hpr_tree_stretch(tree, link->send);
+    if (!link->partly || (child[link->recv] == HPR_NONE && child[link->send] == HPR_NONE))
+        return 0;
+    for (size_t i = 0; i < hpr_link_size(links, link); i++)
+        norm2 += pow(links->block[link->offset + i], 2);
+    return pow(jump * stretch, 2) * norm2 * hpr_link_part2(links, link->recv, link->send);
+}
+
 /* One node of two that may be joined. */
 typedef struct joint {
     uint32_t node;
     bool inner, straddles;
+    bool mixed; /* inner, and some of it is covered */
     double area_m2, rho;
     int degree; /* that the block should have there, or HPR_TREE_LEAVES */
     bool fits;  /* the degree leaves out no more than it may */
@@ -86,7 +109,8 @@ typedef struct joint {
 
 typedef struct candidate {
     joint recv, send;
-    double norm; /* of G */
+    double norm;     /* of G */
+    double left_out; /* of ‖B‖, if it stands by the bound */
     bool hidden;
 } candidate;
 
@@ -95,20 +119,22 @@ static candidate look_at(const walker *w, uint32_t recv, uint32_t send)
     const hpr_elements *e = w->tree->elements;
     hpr_element_frame r = hpr_tree_frame(w->tree, recv, 0), s = hpr_tree_frame(w->tree, send, 0);
     hpr_far_view view = hpr_far_foretell(&r, &s);
-    return (candidate){
-        .recv = {recv, e->child[recv] != HPR_NONE, view.recv_straddles, r.area_m2, view.recv_rho, 0, false},
-        .send = {send, e->child[send] != HPR_NONE, view.send_straddles, s.area_m2, view.send_rho, 0, false},
-        .norm = view.norm,
-        .hidden = view.hidden};
+    return (candidate){.recv = {recv, e->child[recv] != HPR_NONE, view.recv_straddles,
+                                hpr_tree_is_mixed(w->tree, recv), r.area_m2, view.recv_rho, 0, false},
+                       .send = {send, e->child[send] != HPR_NONE, view.send_straddles,
+                                hpr_tree_is_mixed(w->tree, send), s.area_m2, view.send_rho, 0, false},
+                       .norm = view.norm,
+                       .hidden = view.hidden};
 }
 
 /* The lowest degree that leaves out no more than allowed; a leaf's own at most, for what that leaves out does
  * not count. A leaf of which a part is covered keeps its own: its coefficients belong to the open part, where
- * the functions are not orthogonal. */
-static void choose_degree(const hpr_tree *tree, double norm, double allowed, joint *j)
+ * the functions are not orthogonal. An inner one has a constant or nothing where it sees partly (tree.h). */
+static void choose_degree(const hpr_tree *tree, double norm, double allowed, bool partly, joint *j)
 {
-    int worth = tree->worth[j->node];
-    if (j->straddles || !isfinite(norm) || tree->kind[j->node] == HPR_NODE_MIXED) {
+    int worth = partly && j->mixed ? 0 : tree->worth[j->node];
+    bool trimmed = !j->inner && tree->kind[j->node] == HPR_NODE_MIXED;
+    if (j->straddles || !isfinite(norm) || trimmed) {
         j->degree = worth;
         j->fits = !j->inner;
         return;
@@ -136,38 +162,59 @@ static bool is_exact(const joint *j)
     return !j->inner || j->degree == HPR_TREE_LEAVES;
 }
 
-static const double jump = 0.3; /* of ‖G‖, that polynomials leave out of a jump */
-
-/* A sender's part of ‖B‖, the mean of both directions. */
-static double part_sent(const walker *w, const candidate *c)
+/* What the degree of one end leaves out. */
+static double end_left_out(const candidate *c, const joint *j)
 {
-    return sqrt((c->recv.area_m2 + c->send.area_m2) / (2 * w->r->links->area_m2));
+    return is_exact(j) ? 0 : hpr_far_left_out(c->norm, j->rho, j->degree);
+}
+
+/* Is it not known of an end what of it is open? */
+static bool is_intricate(const walker *w, const joint *j)
+{
+    int count = 0;
+    return j->mixed && (!hpr_coverage_node_parts(w->r->coverage, j->node, &count) || count == 0);
+}
+
+/* With the degrees that leave out no more than allowed; sets what is left out. */
+static bool fits(const walker *w, candidate *c, double allowed, bool partly)
+{
+    static const double root_half = 0.7;
+    choose_degree(w->tree, c->norm, root_half * allowed, partly, &c->recv);
+    choose_degree(w->tree, c->norm, root_half * allowed, partly, &c->send);
+    if (!partly) {
+        consider_leaves(w->tree, &c->recv);
+        consider_leaves(w->tree, &c->send);
+    }
+    if (is_exact(&c->recv) && is_exact(&c->send))
+        return true;
+    return isfinite(c->norm) && c->recv.fits && c->send.fits;
 }
 
 /* May the pair stay as it is? Chooses the degrees. */
 static bool stands(const walker *w, candidate *c, bool partly)
 {
-    static const double root_half = 0.7;
     const hpr_links *links = w->r->links;
-    double share = sqrt(c->recv.area_m2 * c->send.area_m2) / links->area_m2;
-    bool leaves = !c->recv.inner && !c->send.inner, known = isfinite(c->norm);
-    double allowed = partly ? w->held_to * links->link_tolerance * sqrt(sqrt(share))
-                            : links->link_tolerance * (share + (known ? c->norm : 0)) / 2;
-    choose_degree(w->tree, c->norm, root_half * allowed, &c->recv);
-    choose_degree(w->tree, c->norm, root_half * allowed, &c->send);
+    double share = sqrt(c->recv.area_m2 * c->send.area_m2) / links->area_m2,
+           part = sqrt(hpr_link_part2(links, c->recv.node, c->send.node));
+    bool leaves = !c->recv.inner && !c->send.inner;
+    c->left_out = 0;
     if (partly && leaves) {
         c->recv.degree = w->tree->worth[c->recv.node];
         c->send.degree = w->tree->worth[c->send.node];
-    }
-    if (!partly) {
-        consider_leaves(w->tree, &c->recv);
-        consider_leaves(w->tree, &c->send);
-    }
-    if (leaves || (is_exact(&c->recv) && is_exact(&c->send)))
         return true;
-    if (!known || (partly && jump * c->norm > allowed))
+    }
+    if (partly) {
+        c->left_out = jump * c->norm * part;
+        bool known = !is_intricate(w, &c->recv) && !is_intricate(w, &c->send);
+        return fits(w, c, w->bound / part, partly) && known && c->left_out <= w->bound;
+    }
+    double allowed = links->link_tolerance * (share + (isfinite(c->norm) ? c->norm : 0)) / 2;
+    if (fits(w, c, allowed, partly))
+        return true;
+    if (!links->occluded || allowed >= w->bound / part || !fits(w, c, w->bound / part, partly))
         return false;
-    return c->recv.fits && c->send.fits;
+    c->left_out = hypot(end_left_out(c, &c->recv), end_left_out(c, &c->send)) * part;
+    return true;
 }
 
 /* Is the receiver the one to refine? */
@@ -195,8 +242,7 @@ static void emit(walker *w, const candidate *c, bool partly)
                                                .recv_degree = (uint8_t)c->recv.degree,
                                                .send_degree = (uint8_t)c->send.degree,
                                                .partly = partly};
-    if (partly && (c->recv.inner || c->send.inner))
-        w->left_out2 += pow(jump * c->norm * part_sent(w, c), 2);
+    w->left_out2 += c->left_out * c->left_out;
 }
 
 /* blocker [blocker_count]: what may come between, if `partly` */
@@ -212,8 +258,6 @@ static void walk(walker *w, uint32_t recv, uint32_t send, bool partly, const uin
         return;
     }
     candidate c = look_at(w, recv, send);
-    bool mixed[2] = {c.recv.inner && tree->kind[recv] == HPR_NODE_MIXED,
-                     c.send.inner && tree->kind[send] == HPR_NODE_MIXED};
     uint32_t *own = w->blocker + (size_t)(depth + 1) * w->occluder_count;
     size_t own_count = 0;
     if (partly && depth > 0) {
@@ -233,11 +277,11 @@ static void walk(walker *w, uint32_t recv, uint32_t send, bool partly, const uin
         w->hidden++;
         return;
     }
-    if (!mixed[0] && !mixed[1] && stands(w, &c, partly)) {
+    if (stands(w, &c, partly)) {
         emit(w, &c, partly);
         return;
     }
-    bool first = mixed[0] != mixed[1] ? mixed[0] : refines_recv(&c, partly);
+    bool first = refines_recv(&c, partly);
     uint32_t refined = first ? child[recv] : child[send];
     for (uint32_t k = 0; k < 2; k++)
         walk(w, first ? refined + k : recv, first ? send : refined + k, partly, blocker, blocker_count,
@@ -332,13 +376,13 @@ static hpr_status join_lists(const hpr_link_refinement *r, const walker *walkers
 }
 
 /* All links, in the walkers' lists. */
-static hpr_status walk_all(const hpr_link_refinement *r, walker *walkers, double held_to, task *tasks,
+static hpr_status walk_all(const hpr_link_refinement *r, walker *walkers, double bound, task *tasks,
                            size_t count, double *left_out2)
 {
     hpr_context *ctx = r->links->context;
     int threads = hpr_context_threads(ctx);
     for (int t = 0; t < threads; t++) {
-        walkers[t].held_to = held_to;
+        walkers[t].bound = bound;
         walkers[t].list.count = walkers[t].hidden = 0;
     }
 #pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
@@ -356,8 +400,8 @@ static hpr_status walk_all(const hpr_link_refinement *r, walker *walkers, double
 
 hpr_status hpr_links_refine(const hpr_link_refinement *r)
 {
-    /* The sum falls about like the square of what links are held to. */
-    static const double aim = 0.9, least = 0.2, largest = 0.8;
+    /* The sum falls about like the bound: of c = n^-3, n the nodes along an edge, are some n^3 links. */
+    static const double aim = 0.9, least = 0.02, largest = 0.8;
     hpr_context *ctx = r->links->context;
     int threads = hpr_context_threads(ctx);
     walker *walkers = NULL;
@@ -368,10 +412,10 @@ hpr_status hpr_links_refine(const hpr_link_refinement *r)
         status = hpr_allocate_into(ctx, &walkers, (size_t)threads, sizeof *walkers, "links");
     if (status == HPR_OK)
         status = open_walkers(r, walkers, threads);
-    double held_to = 1, most = pow(r->links->link_tolerance, 2) / 2, left_out2 = INFINITY;
+    double most = pow(r->links->link_tolerance, 2) / 4, bound = most, left_out2 = INFINITY;
     while (status == HPR_OK && left_out2 > most) {
-        status = walk_all(r, walkers, held_to, tasks, count, &left_out2);
-        held_to *= fmin(fmax(sqrt(aim * most / left_out2), least), largest);
+        status = walk_all(r, walkers, bound, tasks, count, &left_out2);
+        bound *= fmin(fmax(aim * most / left_out2, least), largest);
     }
     if (status == HPR_OK)
         status = join_lists(r, walkers, tasks, count);

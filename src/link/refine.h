@@ -8,6 +8,12 @@
 /* The piece of a patch that a node is: the whole node, or the only open part of a leaf. */
 hpr_facet hpr_node_facet(const hpr_coverage *coverage, const hpr_tree *tree, size_t node);
 
+/* Square of a sender's part of ‖B‖, the mean of both directions. */
+double hpr_link_part2(const hpr_links *links, uint32_t recv, uint32_t send);
+
+/* Square of what a link leaves out of H, of ‖B‖, because something comes between; from its block. */
+double hpr_link_jump2(const hpr_links *links, const hpr_link *link);
+
 typedef struct hpr_link_refinement {
     const hpr_coverage *coverage;
     const hpr_visibility *visibility;

@@ -27,7 +27,7 @@ typedef struct gathering {
 } gathering;
 
 static void add_node(const gathering *g, worker *w, const hpr_spot *spot, uint32_t send, int degree,
-                     double *irradiance)
+                     bool partly, double *irradiance)
 {
     const hpr_tree *tree = g->links->tree;
     uint32_t leaf = g->elements->leaf[spot->leaf];
@@ -36,14 +36,16 @@ static void add_node(const gathering *g, worker *w, const hpr_spot *spot, uint32
                            .tolerance = g->tolerance};
     if (!hpr_between_nodes(&w->between, g->coverage, tree, leaf, send, &task))
         return;
-    task.send_part = hpr_tree_parts(tree, g->coverage, send, &task.send_part_count);
+    if (partly || !hpr_tree_is_mixed(tree, send))
+        task.send_part = hpr_coverage_node_parts(g->coverage, send, &task.send_part_count);
+    double stretch = partly ? hpr_tree_stretch(tree, send) : 1;
     double row[HPR_MAX_BASIS], room[HPR_MAX_BASIS];
     hpr_block_result result = {0};
     hpr_point_gather(&task, spot->s, spot->t, row, w->scratch, &result);
     for (size_t c = 0; c < g->channel_count; c++) {
         const double *sent = hpr_tree_take(tree, send, degree, g->sent + c * tree->dof_count, room);
         for (size_t k = 0; k < hpr_tree_count(tree, send, degree); k++)
-            irradiance[c] += row[k] * sent[k];
+            irradiance[c] += stretch * row[k] * sent[k];
     }
     w->counts[HPR_COUNT_KERNEL] += result.kernel_count;
     w->counts[HPR_COUNT_RAYS] += result.ray_count;
@@ -52,17 +54,17 @@ static void add_node(const gathering *g, worker *w, const hpr_spot *spot, uint32
 
 /* The other end of a link: a node, or all leaves below it. */
 static void add_end(const gathering *g, worker *w, const hpr_spot *spot, uint32_t node, int degree,
-                    double *irradiance)
+                    bool partly, double *irradiance)
 {
     const hpr_tree *tree = g->links->tree;
     const uint32_t *range = tree->leaf + 2 * (size_t)node;
     if (degree != HPR_TREE_LEAVES) {
-        add_node(g, w, spot, node, degree, irradiance);
+        add_node(g, w, spot, node, degree, partly, irradiance);
         return;
     }
     for (uint32_t leaf = range[0]; leaf < range[1]; leaf++) {
         uint32_t send = g->elements->leaf[leaf];
-        add_node(g, w, spot, send, tree->degree[send], irradiance);
+        add_node(g, w, spot, send, tree->degree[send], partly, irradiance);
     }
 }
 
@@ -76,9 +78,9 @@ static void gather_spot(const gathering *g, worker *w, const hpr_spot *spot, dou
         for (size_t i = links->row[node]; i < links->row[node + 1]; i++) {
             const hpr_link *link = &links->link[links->row_link[i]];
             if (link->recv == node)
-                add_end(g, w, spot, link->send, link->send_degree, irradiance);
+                add_end(g, w, spot, link->send, link->send_degree, link->partly, irradiance);
             else
-                add_end(g, w, spot, link->recv, link->recv_degree, irradiance);
+                add_end(g, w, spot, link->recv, link->recv_degree, link->partly, irradiance);
         }
     }
 }

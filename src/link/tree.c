@@ -54,17 +54,14 @@ hpr_element_frame hpr_tree_frame(const hpr_tree *tree, size_t node, int degree)
     return frame;
 }
 
-const hpr_polygon *hpr_tree_parts(const hpr_tree *tree, const hpr_coverage *coverage, size_t node, int *count)
+bool hpr_tree_is_mixed(const hpr_tree *tree, size_t node)
 {
-    uint32_t leaf = tree->elements->leaf_of_node[node];
-    *count = 0;
-    return leaf == HPR_NONE ? NULL : hpr_coverage_parts(coverage, leaf, count);
+    return tree->kind[node] == HPR_NODE_MIXED && tree->elements->child[node] != HPR_NONE;
 }
 
-double hpr_tree_open_share(const hpr_tree *tree, const hpr_coverage *coverage, size_t node)
+double hpr_tree_stretch(const hpr_tree *tree, size_t node)
 {
-    uint32_t leaf = tree->elements->leaf_of_node[node];
-    return leaf == HPR_NONE ? 1 : hpr_coverage_open_share(coverage, leaf);
+    return hpr_tree_is_mixed(tree, node) ? 1 / hpr_coverage_node_share(tree->coverage, node) : 1;
 }
 
 /* The functions of a parallelogram are in rows, those of other shapes in the order of their degree. */
@@ -184,6 +181,7 @@ hpr_status hpr_tree_create(const hpr_coverage *coverage, const hpr_elements *ele
     if (status != HPR_OK)
         return status;
     tree->context = ctx;
+    tree->coverage = coverage;
     tree->patches = hpr_coverage_patches(coverage);
     tree->elements = elements;
     inner_degree = highest_degree(elements, inner_degree);
@@ -309,6 +307,12 @@ static bool is_shared(const hpr_tree *tree, size_t patch)
     return tree->first[patch + 1] - tree->first[patch] >= SHARED_NODES;
 }
 
+/* A leaf of which some part is covered. */
+static bool is_trimmed(const hpr_tree *tree, uint32_t node)
+{
+    return tree->kind[node] != HPR_NODE_OPEN && tree->elements->child[node] == HPR_NONE;
+}
+
 static void pull_node(const hpr_tree *tree, uint32_t node, const double *leaf, double *value)
 {
     const hpr_elements *e = tree->elements;
@@ -318,9 +322,16 @@ static void pull_node(const hpr_tree *tree, uint32_t node, const double *leaf, d
     }
     memset(value + tree->dof[node], 0, own_count(tree, node) * sizeof *value);
     for (int which = 0; which < 2; which++) {
+        uint32_t child = e->child[node] + (uint32_t)which;
+        const double *sent = value + tree->dof[child];
         hpr_half half = half_of(tree, node, which);
-        hpr_two_scale_pull(tree->two_scale, &half, value + tree->dof[e->child[node] + (uint32_t)which],
-                           value + tree->dof[node]);
+        double weighed[HPR_MAX_BASIS];
+        if (is_trimmed(tree, child)) {
+            memcpy(weighed, sent, own_count(tree, child) * sizeof *weighed);
+            hpr_coverage_weigh(tree->coverage, e->leaf_of_node[child], weighed);
+            sent = weighed;
+        }
+        hpr_two_scale_pull(tree->two_scale, &half, sent, value + tree->dof[node]);
     }
     if (has_copy(tree, node))
         memcpy(value + leaves_dof(tree, node), leaf + e->dof[tree->leaf[2 * node]],
@@ -351,9 +362,18 @@ static void push_node(const hpr_tree *tree, uint32_t node, double *value, double
     if (has_copy(tree, node))
         hand_down(tree, node, value);
     for (int which = 0; which < 2; which++) {
+        uint32_t child = e->child[node] + (uint32_t)which;
+        double *received = value + tree->dof[child];
         hpr_half half = half_of(tree, node, which);
-        hpr_two_scale_push(tree->two_scale, &half, value + tree->dof[node],
-                           value + tree->dof[e->child[node] + (uint32_t)which]);
+        if (!is_trimmed(tree, child)) {
+            hpr_two_scale_push(tree->two_scale, &half, value + tree->dof[node], received);
+            continue;
+        }
+        double weighed[HPR_MAX_BASIS] = {0};
+        hpr_two_scale_push(tree->two_scale, &half, value + tree->dof[node], weighed);
+        hpr_coverage_weigh(tree->coverage, e->leaf_of_node[child], weighed);
+        for (size_t k = 0; k < own_count(tree, child); k++)
+            received[k] += weighed[k];
     }
 }
 

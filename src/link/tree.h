@@ -17,7 +17,7 @@
 /* What lies below a node. */
 typedef enum hpr_node_kind {
     HPR_NODE_OPEN,   /* leaves of which nothing is covered */
-    HPR_NODE_MIXED,  /* some of it is covered: only its leaves have links */
+    HPR_NODE_MIXED,  /* some of it is covered */
     HPR_NODE_COVERED /* nothing but covered leaves: no links */
 } hpr_node_kind;
 
@@ -26,6 +26,7 @@ enum { HPR_TREE_LEAVES = 255 };
 
 typedef struct hpr_tree {
     hpr_context *context;
+    const hpr_coverage *coverage; /* borrowed, and needed to pull and push only */
     const hpr_patches *patches;   /* borrowed */
     const hpr_elements *elements; /* borrowed */
     hpr_two_scale *two_scale;
@@ -62,11 +63,15 @@ size_t hpr_tree_room(const hpr_tree *tree, size_t node);
 /* The frame of a node, with some degree. */
 hpr_element_frame hpr_tree_frame(const hpr_tree *tree, size_t node, int degree);
 
-/* The open parts of a node that is a leaf, and their share of its area, as hpr_coverage_parts and
- * hpr_coverage_open_share have it; inner nodes that have links are open. */
-const hpr_polygon *hpr_tree_parts(const hpr_tree *tree, const hpr_coverage *coverage, size_t node,
-                                  int *count);
-double hpr_tree_open_share(const hpr_tree *tree, const hpr_coverage *coverage, size_t node);
+/*
+ * Is it an inner node of which some part is covered? What such a node has in the tree's arrays are, as of any
+ * node, moments of what its leaves send, ∫_O T_k B dA over the open part O, and a polynomial of what they
+ * receive, which counts on O alone. So a link that sees wholly may have the kernel's moments over the whole
+ * node, as if nothing lay there. One that sees partly has degree 0 there and the moment over O; then
+ * hpr_tree_stretch, one over the share of O, makes the mean over O of it.
+ */
+bool hpr_tree_is_mixed(const hpr_tree *tree, size_t node);
+double hpr_tree_stretch(const hpr_tree *tree, size_t node);
 
 /*
  * The coefficients of a node up to some degree, in the order of that degree's basis, or those of its leaves:
@@ -77,8 +82,9 @@ const double *hpr_tree_take(const hpr_tree *tree, size_t node, int degree, const
 /* The other way round: value += part. */
 void hpr_tree_add(const hpr_tree *tree, size_t node, int degree, const double *part, double *value);
 
-/* node [dof_count]: of a patch's leaves taken from leaf [leaf dofs], of the others pulled up. Thread-safe for
- * distinct patches. */
+/* node [dof_count]: of a patch's leaves taken from leaf [leaf dofs], of the others pulled up; to do so makes
+ * moments over the open part of a leaf's coefficients, and hpr_tree_push does the same to what leaves get
+ * from above, for moments are what they get from their own links. Thread-safe for distinct patches. */
 void hpr_tree_pull(const hpr_tree *tree, size_t patch, const double *leaf, double *node);
 
 /* leaf: what all nodes of a patch have, pushed down. node is used up. Thread-safe for distinct patches. */

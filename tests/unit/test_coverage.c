@@ -7,8 +7,11 @@
 
 #include <cmocka.h>
 
-#include "link/coverage.h"
+#include "link/tree.h"
 #include "rooms.h"
+
+#include <stdlib.h>
+#include <string.h>
 
 /* A box on the floor without a bottom, its faces outward. */
 static void add_leg(hpr_room *room, double x, double y, double a, double height)
@@ -51,6 +54,60 @@ static void many_legs_on_one_element_cover_their_area(void **state)
     assert_true(parts <= HPR_COVERAGE_PIECES && fabs(share - expected) <= rounding);
     assert_false(hpr_coverage_open(coverage, 0, 0.12, 0.12));
     assert_true(hpr_coverage_open(coverage, 0, 0.08, 0.12));
+    hpr_coverage_destroy(&coverage);
+    hpr_elements_destroy(&elements);
+    hpr_patches_destroy(&patches);
+    room_close(&room);
+}
+
+/*
+ * A floor in 64 elements of degree 1 with a leg on it that cuts four of them and covers none wholly. Pulled
+ * up, B = 1 on the open part is its moments over that part; what is pushed down, H = 1, has on every leaf the
+ * moments that G makes of it, from which G+ makes the coefficients again.
+ */
+static void inner_nodes_have_moments_over_the_open_part(void **state)
+{
+    (void)state;
+    static const double a = 0.05, rounding = 1e-13;
+    hpr_room room = room_open(1);
+    room_add(&room, 4, (const double[4][3]){{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, 0.5, 1, false);
+    add_leg(&room, 0.23, 0.24, a, 0.3);
+    hpr_patches *patches = NULL;
+    hpr_elements *elements = NULL;
+    hpr_coverage *coverage = NULL;
+    hpr_tree *tree = NULL;
+    assert_int_equal(hpr_patches_build(room.scene, &patches), HPR_OK);
+    assert_int_equal(hpr_elements_uniform(patches, 1, 3, &elements), HPR_OK);
+    assert_int_equal(hpr_coverage_create(patches, elements, &coverage), HPR_OK);
+    assert_int_equal(hpr_tree_create(coverage, elements, 2, &tree), HPR_OK);
+    size_t dofs = elements->dof[elements->leaf_count];
+    double *leaf = calloc(dofs, sizeof *leaf), *node = calloc(tree->dof_count, sizeof *node);
+    assert_non_null(leaf);
+    assert_non_null(node);
+    for (size_t i = elements->patch_leaf[0]; i < elements->patch_leaf[1]; i++)
+        leaf[elements->dof[i]] = sqrt(elements->area_m2[elements->leaf[i]]);
+    hpr_tree_pull(tree, 0, leaf, node);
+    double open = node[tree->dof[0]];
+    print_message("∫_O T_0 dA on the floor: %.15g, expected %.15g\n", open, 1 - a * a);
+    assert_true(hpr_tree_is_mixed(tree, 0));
+    assert_true(fabs(open - (1 - a * a)) <= rounding);
+    assert_true(fabs(hpr_tree_stretch(tree, 0) - 1 / (1 - a * a)) <= rounding);
+    memset(node, 0, tree->dof_count * sizeof *node);
+    memset(leaf, 0, dofs * sizeof *leaf);
+    node[tree->dof[0]] = 1; /* T_0 = 1 / sqrt(1 m2) */
+    hpr_tree_push(tree, 0, node, leaf);
+    size_t cut = 0;
+    for (size_t i = elements->patch_leaf[0]; i < elements->patch_leaf[1]; i++) {
+        double side = sqrt(elements->area_m2[elements->leaf[i]]), *own = leaf + elements->dof[i];
+        cut += own[0] < (1 - 1e-3) * side;
+        assert_true(fabs(own[0] - hpr_coverage_open_share(coverage, i) * side) <= rounding);
+        hpr_coverage_project(coverage, i, own);
+        assert_true(fabs(own[0] - side) <= rounding && fabs(own[1]) <= rounding && fabs(own[3]) <= rounding);
+    }
+    assert_int_equal(cut, 4);
+    free(leaf);
+    free(node);
+    hpr_tree_destroy(&tree);
     hpr_coverage_destroy(&coverage);
     hpr_elements_destroy(&elements);
     hpr_patches_destroy(&patches);
@@ -145,6 +202,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(many_legs_on_one_element_cover_their_area),
+        cmocka_unit_test(inner_nodes_have_moments_over_the_open_part),
         cmocka_unit_test(what_is_shut_in_behind_several_faces_is_covered),
         cmocka_unit_test(a_lamp_in_there_opens_it),
         cmocka_unit_test(of_sheets_the_first_counts),

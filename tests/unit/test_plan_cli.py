@@ -15,6 +15,8 @@ from tap import check, done  # noqa: E402
 
 EFFECTS = ["channels", "lamps", "environment", "visibility", "interreflection", "two_sided", "textures", "openings"]
 SCENES = ["parallel_plates", "parallel_plates_0.25", "l_corner", "furnace_cube", "furnace_box", "cube_mixed", "blocked_plates"]
+# Sanitizers (./dev asan sets this) take several times the memory.
+FORETOLD = ["dofs"] if "HPR_TEST_PATIENCE" in os.environ else ["dofs", "memory_bytes"]
 # Refinement goes in steps: one step more or less may be a factor of 3, and this is at such a step: 455 coefficients are
 # foretold, 180 suffice; at 6e-3 it takes 549.
 AT_A_STEP = [("cube_mixed", 1e-2)]
@@ -129,7 +131,7 @@ def check_prediction(command, scenes):
                       [f"{k}: {predicted[k]}, {measured[k]}" for k in ("elements", "dofs", "links") if predicted[k] != measured[k]])
             factor = 3 if (name, tolerance) in AT_A_STEP else 2
             check(f"{name} at {tolerance}: within a factor of {factor}",
-                  [f"{k}: {predicted[k]}, {measured[k]}" for k in ("dofs", "memory_bytes")
+                  [f"{k}: {predicted[k]}, {measured[k]}" for k in FORETOLD
                    if not 1 / factor <= predicted[k] / measured[k] <= factor])
             if tolerance:
                 check(f"{name} at {tolerance}: reached", row["error_estimate"] <= tolerance)

@@ -39,6 +39,7 @@ typedef struct assembly {
     worker *workers;  /* [threads] */
     uint8_t *verdict; /* [patches][patches] hpr_verdict, upper triangle */
     hpr_blocked blocked;
+    const double *brightness; /* as in hpr_links_demand */
     double *left_out2; /* [link_count] square of what a link leaves out of H, of ‖B‖, as in refine.c */
 } assembly;
 
@@ -164,7 +165,8 @@ static hpr_status make_links(assembly *a, const hpr_links_demand *demand)
     if (status == HPR_OK)
         status = give_scratch(a);
     if (status == HPR_OK) {
-        const hpr_link_refinement refinement = {a->coverage, a->visibility, a->views, a->verdict, links};
+        const hpr_link_refinement refinement = {a->coverage, a->visibility, a->views,
+                                                a->verdict,  a->brightness, links};
         status = hpr_links_refine(&refinement);
     }
     if (status == HPR_OK && links->count >= HPR_NONE)
@@ -288,7 +290,8 @@ static void integrate_far(const assembly *a, worker *w, const hpr_block_task *ta
     hpr_far_result result = hpr_far_block(a->far, &task->recv, &task->send, p->block, w->far_scratch);
     double recv = leaves_out(tree, p->recv, p->recv_degree) ? result.recv_error : 0;
     double send = leaves_out(tree, p->send, p->send_degree) ? result.send_error : 0;
-    a->left_out2[p->link] += hpr_link_part2(a->links, p->recv, p->send) * (recv * recv + send * send);
+    a->left_out2[p->link] +=
+        hpr_link_part2(a->links, a->brightness, p->recv, p->send) * (recv * recv + send * send);
     w->counts[HPR_COUNT_PAIRS_VISIBLE]++;
     w->counts[HPR_COUNT_BLOCKS]++;
     w->counts[HPR_COUNT_KERNEL] += result.kernel_count;
@@ -486,7 +489,7 @@ static void integrate_all(assembly *a)
             size_t end = first + CHUNK < count ? first + CHUNK : count;
             for (size_t l = first; l < end && !hpr_cancelled(a->context); l++) {
                 integrate_link(a, w, l);
-                a->left_out2[l] += hpr_link_jump2(a->links, &a->links->link[l]);
+                a->left_out2[l] += hpr_link_jump2(a->links, a->brightness, &a->links->link[l]);
             }
             size_t finished = atomic_fetch_add(&done, end - first) + end - first;
             if (omp_get_thread_num() == 0)
@@ -567,6 +570,7 @@ hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *
                   .patches = patches,
                   .elements = elements,
                   .context = ctx,
+                  .brightness = demand->brightness,
                   .kept = {demand->known, demand->keeper}};
     *out = NULL;
     hpr_status status = hpr_allocate_into(ctx, &a.links, 1, sizeof *a.links, "links");

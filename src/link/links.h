@@ -62,6 +62,9 @@ typedef struct hpr_links_demand {
     bool counted;      /* find the links, integrate nothing: block and note stay NULL */
     double most_bytes; /* of blocks; beyond it is refused. 0: chosen (link/afford.h) */
     const bool *sends; /* [patches] does it reflect or emit? Pairs of which none does have no link. */
+    /* [patches] radiosity of what links carry from a patch, of the mean, where that is more; else 1. NULL: 1
+     */
+    const double *brightness;
 } hpr_links_demand;
 
 /*

@@ -13,11 +13,11 @@
  * Links that see partly have a jump in the kernel, which no degree follows: e_ij is about a third of ‖G‖ on
  * any level, of either sign, and what falls when they are refined is their number's share: of the 16 pairs of
  * children of two nodes some 8 see partly. What a link leaves out of H is c = e_ij sqrt((A_i + A_j) / 2A) of
- * ‖B‖, the square root being the sender's part of ‖B‖, and all of them leave out the root of sum c^2. Those 8
- * have c / 8 each, so to refine a link takes 7/8 c^2 off the sum, whatever its level: the fewest links have
- * all the same bound on c, which is lowered until sum c^2 <= tolerance^2 / 4. (Not all of it is of either
- * sign: at a foot the same shadow falls from many senders.) Where links see partly, those that see wholly may
- * stand by that bound, too, and are in the sum then.
+ * ‖B‖, the square root being the sender's part of ‖B‖ (that of a lamp more, as it is brighter), and all of
+ * them leave out the root of sum c^2. Those 8 have c / 8 each, so to refine a link takes 7/8 c^2 off the sum,
+ * whatever its level: the fewest links have all the same bound on c, which is lowered until sum c^2 <=
+ * tolerance^2 / 4. (Not all of it is of either sign: at a foot the same shadow falls from many senders.)
+ * Where links see partly, those that see wholly may stand by that bound, too, and are in the sum then.
  */
 #include "link/refine.h"
 
@@ -77,15 +77,18 @@ hpr_facet hpr_node_facet(const hpr_coverage *coverage, const hpr_tree *tree, siz
     return facet;
 }
 
-double hpr_link_part2(const hpr_links *links, uint32_t recv, uint32_t send)
+double hpr_link_part2(const hpr_links *links, const double *brightness, uint32_t recv, uint32_t send)
 {
-    const double *area = links->tree->elements->area_m2;
-    return (area[recv] + area[send]) / (2 * links->area_m2);
+    const hpr_elements *e = links->tree->elements;
+    double bright[2] = {brightness ? brightness[e->patch[recv]] : 1,
+                        brightness ? brightness[e->patch[send]] : 1};
+    return (bright[0] * bright[0] * e->area_m2[recv] + bright[1] * bright[1] * e->area_m2[send]) /
+           (2 * links->area_m2);
 }
 
 static const double jump = 0.3; /* of ‖G‖, that polynomials leave out of a jump */
 
-double hpr_link_jump2(const hpr_links *links, const hpr_link *link)
+double hpr_link_jump2(const hpr_links *links, const double *brightness, const hpr_link *link)
 {
     const hpr_tree *tree = links->tree;
     const uint32_t *child = tree->elements->child;
@@ -94,7 +97,7 @@ double hpr_link_jump2(const hpr_links *links, const hpr_link *link)
         return 0;
     for (size_t i = 0; i < hpr_link_size(links, link); i++)
         norm2 += pow(links->block[link->offset + i], 2);
-    return pow(jump * stretch, 2) * norm2 * hpr_link_part2(links, link->recv, link->send);
+    return pow(jump * stretch, 2) * norm2 * hpr_link_part2(links, brightness, link->recv, link->send);
 }
 
 /* One node of two that may be joined. */
@@ -195,7 +198,7 @@ static bool stands(const walker *w, candidate *c, bool partly)
 {
     const hpr_links *links = w->r->links;
     double share = sqrt(c->recv.area_m2 * c->send.area_m2) / links->area_m2,
-           part = sqrt(hpr_link_part2(links, c->recv.node, c->send.node));
+           part = sqrt(hpr_link_part2(links, w->r->brightness, c->recv.node, c->send.node));
     bool leaves = !c->recv.inner && !c->send.inner;
     c->left_out = 0;
     if (partly && leaves) {

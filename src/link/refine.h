@@ -8,17 +8,18 @@
 /* The piece of a patch that a node is: the whole node, or the only open part of a leaf. */
 hpr_facet hpr_node_facet(const hpr_coverage *coverage, const hpr_tree *tree, size_t node);
 
-/* Square of a sender's part of ‖B‖, the mean of both directions. */
-double hpr_link_part2(const hpr_links *links, uint32_t recv, uint32_t send);
+/* Square of a sender's part of ‖B‖, the mean of both directions. brightness: as in hpr_links_demand. */
+double hpr_link_part2(const hpr_links *links, const double *brightness, uint32_t recv, uint32_t send);
 
 /* Square of what a link leaves out of H, of ‖B‖, because something comes between; from its block. */
-double hpr_link_jump2(const hpr_links *links, const hpr_link *link);
+double hpr_link_jump2(const hpr_links *links, const double *brightness, const hpr_link *link);
 
 typedef struct hpr_link_refinement {
     const hpr_coverage *coverage;
     const hpr_visibility *visibility;
     const hpr_views *views;
-    const uint8_t *verdict; /* [patches][patches] hpr_verdict, upper triangle */
+    const uint8_t *verdict;   /* [patches][patches] hpr_verdict, upper triangle */
+    const double *brightness; /* as in hpr_links_demand */
     hpr_links *links; /* tree, area_m2 and link_tolerance are set; count, partly_count and link are filled */
 } hpr_link_refinement;
 

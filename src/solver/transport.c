@@ -125,19 +125,50 @@ static double most_bytes(const hpr_solve_options *options)
                                   : options->max_bytes;
 }
 
+/* Does what a patch emits go through links? */
+static bool emits_through_links(const hpr_solution *solution, size_t patch)
+{
+    return solution->summary.direct == HPR_DIRECT_GALERKIN || hpr_patch_glow(solution->patches, patch);
+}
+
+/* Which patches send, and how much brighter than the mean those are that emit, in the channel where most. */
+static void find_senders(const hpr_solution *solution, bool *sends, double *brightness)
+{
+    const hpr_patches *patches = solution->patches;
+    size_t n = patches->channel_count;
+    double area = 0;
+    for (size_t i = 0; i < patches->count; i++) {
+        brightness[i] = 1;
+        area += patches->area_m2[i];
+    }
+    for (size_t c = 0; c < n; c++) {
+        double power = 0;
+        for (size_t i = 0; i < patches->count; i++)
+            power += patches->exitance[n * i + c] * patches->area_m2[i];
+        for (size_t i = 0; i < patches->count; i++) {
+            bool emits = emits_through_links(solution, i) && patches->exitance[n * i + c] > 0;
+            sends[i] |= emits || patches->reflectance[n * i + c] > 0;
+            if (emits)
+                brightness[i] = fmax(brightness[i], patches->exitance[n * i + c] * area / power);
+        }
+    }
+}
+
 static hpr_status link_up(const hpr_solution *solution, const hpr_coverage *coverage,
                           const hpr_transport_demand *asked, bool counted, hpr_links **links)
 {
     const hpr_patches *patches = solution->patches;
-    size_t n = patches->channel_count;
     bool *sends = NULL;
+    double *brightness = NULL;
     hpr_status status = hpr_allocate_into(solution->context, &sends, patches->count, sizeof *sends, "links");
-    if (status != HPR_OK)
+    if (status == HPR_OK)
+        status =
+            hpr_allocate_into(solution->context, &brightness, patches->count, sizeof *brightness, "links");
+    if (status != HPR_OK) {
+        hpr_release(solution->context, sends);
         return status;
-    bool emission = solution->summary.direct == HPR_DIRECT_GALERKIN;
-    for (size_t i = 0; i < patches->count * n; i++)
-        sends[i / n] |= patches->reflectance[i] > 0 ||
-                        ((emission || hpr_patch_glow(patches, i / n)) && patches->exitance[i] > 0);
+    }
+    find_senders(solution, sends, brightness);
     const hpr_solve_options *options = &solution->summary.options;
     const hpr_links_demand demand = {.link_tolerance = asked->link_tolerance,
                                      .block_tolerance = asked->block_tolerance,
@@ -147,9 +178,11 @@ static hpr_status link_up(const hpr_solution *solution, const hpr_coverage *cove
                                      .counted = counted,
                                      .constant = options->method == HPR_METHOD_HIERARCHICAL,
                                      .most_bytes = most_bytes(options),
-                                     .sends = sends};
+                                     .sends = sends,
+                                     .brightness = brightness};
     status = hpr_links_assemble(coverage, solution->elements, &demand, links);
     hpr_release(solution->context, sends);
+    hpr_release(solution->context, brightness);
     return status;
 }
 

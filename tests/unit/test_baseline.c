@@ -48,7 +48,7 @@ static void all_methods_come_near_each_other(void **state)
         hpr_solution *s = solve(&room, &options, NULL);
         double off = difference(s, exact);
         print_message("%s: H off by %.1e of the largest\n", hpr_method_name(others[k]), off);
-        assert_true(off < 0.2); /* observed 0.034, 0.11, 0.147: links to 0.3 */
+        assert_true(off < 0.15); /* observed 0.034, 0.11, 0.076: links to 0.3 */
         hpr_solution_destroy(&s);
     }
     hpr_solution_destroy(&exact);

@@ -496,13 +496,6 @@ static void integrate_all(assembly *a)
                 hpr_stage_progress(a->context, (double)finished / (double)count);
         }
     }
-    double left_out2 = 0, sampled2 = 0;
-    for (size_t l = 0; l < count; l++) {
-        left_out2 += a->left_out2[l];
-        sampled2 += a->links->note[l].sampled2;
-    }
-    a->links->link_error = sqrt(left_out2);
-    a->links->sampling_error = sqrt(sampled2);
 }
 
 static hpr_status make_workers(assembly *a)
@@ -520,13 +513,18 @@ static hpr_status make_workers(assembly *a)
     return status;
 }
 
-static void sum_notes(hpr_links *links)
+static void sum_notes(const assembly *a, hpr_links *links)
 {
+    double left_out2 = 0, sampled2 = 0;
     for (size_t l = 0; l < links->count; l++) {
+        left_out2 += a->left_out2[l];
+        sampled2 += links->note[l].sampled2;
         links->short_count += links->note[l].short_count;
         links->block_error = fmax(links->block_error, links->note[l].error);
         links->sampled_error = fmax(links->sampled_error, links->note[l].sampled_error);
     }
+    links->link_error = sqrt(left_out2);
+    links->sampling_error = sqrt(sampled2);
 }
 
 static void close_workers(assembly *a)
@@ -583,7 +581,7 @@ hpr_status hpr_links_assemble(const hpr_coverage *coverage, const hpr_elements *
     if (status == HPR_OK && !demand->counted) {
         choose_tolerances(&a, demand->block_tolerance, demand->blocked_tolerance);
         integrate_all(&a);
-        sum_notes(a.links);
+        sum_notes(&a, a.links);
         if (hpr_cancelled(ctx))
             status = hpr_fail(ctx, HPR_ERR_INTERRUPTED, "interrupted during assembly");
     }
